@@ -3,20 +3,12 @@
 import type uPlot from 'uplot';
 import { download, el, failure, isCancelled, number, reason, table } from './dom';
 import { draw, shade, type Plot } from './plots';
-import { fromHash, LANDINGS, toHash, toml, type Scenario } from './scenario';
-import { phaseAt, View, type Landing } from './scene';
+import { CONTROLLERS, DECKS, fromHash, LANDINGS, NOBODY, toHash, toml, whole, type Scenario } from './scenario';
+import { phaseAt, viewIn, type View, type Landing } from './scene';
 import { Playback } from './playback';
 import { Crowd } from './crowd';
 import type { Lab } from './state';
 
-const DECKS = [['sea', 'Work boat in a sea'], ['sine', 'Heave, a sine'], ['still', 'Still']] as const;
-const CONTROLLERS = [
-  ['dynamic+observer', 'Model and observer'],
-  ['dynamic', 'Model'],
-  ['empirical', 'Empirical law'],
-  ['observer', 'Observer, no model'],
-  ['feedback', 'Feedback, no model'],
-] as const;
 const SLIDERS = [
   ['height_m', 'Wave height, or amplitude (m)', 0, 1.5, 0.05],
   ['period_s', 'Period (s)', 2, 15, 0.5],
@@ -38,7 +30,8 @@ const ROWS = [
 
 export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   let scenario = fromHash(location.hash);
-  let view: View | undefined;
+  /** Null where the browser cannot draw one: all else is shown. */
+  let view: View | null | undefined;
   let landings: Landing[] = [];
   let plots: uPlot[] = [];
   const still = matchMedia('(prefers-reduced-motion: reduce)');
@@ -47,7 +40,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   const selects = {
     deck: el('select', { id: 'deck-motion' }, ...options(DECKS)),
     first: el('select', { id: 'first' }, ...options(CONTROLLERS)),
-    second: el('select', { id: 'second' }, ...options(CONTROLLERS), el('option', { value: 'none' }, 'Nobody')),
+    second: el('select', { id: 'second' }, ...options(CONTROLLERS), el('option', { value: NOBODY }, 'Nobody')),
   };
   const integer = (id: string) => el('input', { id, type: 'number', min: 0, step: 1 });
   const numbers = { seed: integer('seed'), landing: integer('landing') };
@@ -89,8 +82,8 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       deck: selects.deck.value as Scenario['deck'],
       first: selects.first.value,
       second: selects.second.value,
-      seed: Math.max(0, Math.trunc(Number(numbers.seed.value))),
-      landing: Math.min(Math.max(0, Math.trunc(Number(numbers.landing.value))), LANDINGS - 1),
+      seed: whole(Number(numbers.seed.value), Number.MAX_SAFE_INTEGER),
+      landing: whole(Number(numbers.landing.value), LANDINGS - 1),
     };
     for (const { key, input } of sliders) scenario[key] = Number(input.value);
   }
@@ -103,7 +96,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     return new Map(all.map(([name, content]) => [name, new Blob([content])]));
   }
 
-  const controllers = () => [scenario.first, scenario.second].filter((name) => name !== 'none');
+  const controllers = () => [scenario.first, scenario.second].filter((name) => name !== NOBODY);
   const label = (name: string) => CONTROLLERS.find(([value]) => value === name)?.[1] ?? name;
 
   async function start(): Promise<void> {
@@ -134,8 +127,8 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   }
 
   function show(): void {
-    view ??= new View(box);
-    view.load(landings, [shade(0), shade(1)]);
+    if (view === undefined) view = viewIn(box);
+    view?.load(landings, [shade(0), shade(1)]);
     const end = Math.max(...landings.map(({ frames }) => frames.time_s.at(-1) ?? 0));
     time.max = String(end);
     play.disabled = record.disabled = false;

@@ -41,7 +41,10 @@ STEPS.forEach((step, k) => {
 for (const name of ['dragover', 'drop']) addEventListener(name, (event) => event.preventDefault());
 
 addEventListener('load', () => {
-  void lab.calculator.ready().then(() => document.documentElement.setAttribute('data-ready', ''));
+  void lab.calculator.ready().then(() => {
+    performance.mark('ready');
+    document.documentElement.setAttribute('data-ready', '');
+  });
   // A link to a scenario shows it.
   if (location.hash.length > 1) open('deck');
 });

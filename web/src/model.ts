@@ -51,10 +51,14 @@ export interface Identified {
   cards: Fit[];
   failed: [string, string][];
   flight: Flight | null;
-  plots: Plot[];
+  figures: Plot[][];
+  report: string;
   warnings: string[];
   rows_dropped: number;
 }
+
+/** Figures that stand open; the others are behind a line. */
+const SHOWN = 2;
 
 const TASKS = [
   ['identify_thrust', 'Thrust: throttle to force'],
@@ -71,6 +75,9 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   const state = el('p', { role: 'status', class: 'state' });
   const shown = el('div', { id: 'identified' });
   let running: AbortController | undefined;
+  const names = () => lab.logs.map((log) => log.name).join(', ');
+  /** The logs of what is shown. */
+  let identified = '';
 
   /** Settings as `touchdown identify --settings` reads them. */
   function text(): string {
@@ -98,6 +105,7 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
     cancel.hidden = false;
     start.disabled = true;
     shown.replaceChildren();
+    identified = '';
     const since = performance.now();
     const tick = () => {
       state.textContent = `Identifying … ${((performance.now() - since) / 1000).toFixed(0)} s`;
@@ -108,6 +116,7 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
       const { result } = await lab.calculator.ask<Identified>(request, files, running.signal);
       state.textContent = `Identified in ${((performance.now() - since) / 1000).toFixed(1)} s.`;
       shown.replaceChildren(...content(result, lab));
+      identified = names();
     } catch (error) {
       state.textContent = isCancelled(error) ? 'Cancelled.' : '';
       if (!isCancelled(error)) shown.replaceChildren(failure(reason(error)));
@@ -124,7 +133,8 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   const update = () => {
     start.disabled = lab.logs.length === 0;
     logs.textContent =
-      lab.logs.length === 0 ? 'No logs yet: step 1 takes them.' : `Logs: ${lab.logs.map((log) => log.name).join(', ')}`;
+      lab.logs.length === 0 ? 'No logs yet: step 1 takes them.' : `Logs: ${names()}`;
+    if (identified !== '' && identified !== names()) state.textContent = `Below is what was identified from ${identified}.`;
   };
   lab.watch(update);
   update();
@@ -154,9 +164,18 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
 
 function content(of: Identified, lab: Lab): Node[] {
   const parts: (Node | null)[] = [];
+  const save = () => download('report.html', of.report, 'text/html');
+  parts.push(
+    el('div', { class: 'row' }, el('button', { type: 'button', id: 'report', onclick: save }, 'Download the report')),
+  );
   if (of.flight) parts.push(...flight(of.flight));
-  parts.push(...of.plots.map(figure));
+  parts.push(...of.figures.slice(0, SHOWN).flat().map(figure));
   for (const fit of of.cards) parts.push(card(fit, lab));
+  const more = of.figures.slice(SHOWN);
+  if (more.length > 0) {
+    const summary = el('summary', {}, more.length === 1 ? 'One more figure' : `${more.length} more figures`);
+    parts.push(el('details', { id: 'more-figures' }, summary, ...more.flat().map(figure)));
+  }
   if (of.failed.length > 0) parts.push(table('Forms that could not be fitted', ['Form', 'Why'], of.failed));
   parts.push(warnings('Of the logs', of.warnings));
   return parts.filter((part): part is Node => part !== null);

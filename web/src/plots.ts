@@ -2,18 +2,23 @@
 
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
+import { el } from './dom';
 
-/** A figure as the calculations return it. */
+/** A pair of axes as the calculations return it. */
 export interface Plot {
   title: string;
+  caption?: string;
   x: string;
   y: string;
+  log_y?: boolean;
   series: Series[];
+  /** Places on the horizontal axis. */
+  marks?: { name: string; x: number }[];
 }
 
 export interface Series {
   name: string;
-  style: 'line' | 'points' | 'low' | 'high';
+  style: 'line' | 'dashed' | 'line_points' | 'points' | 'low' | 'high';
   x: (number | null)[];
   y: (number | null)[];
 }
@@ -44,13 +49,15 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
     const bound = s.style === 'low' || s.style === 'high';
     const stroke = bound ? shade(0) : shade(own++);
     return {
-      label: s.style === 'low' ? `${s.name}, from` : s.style === 'high' ? `${s.name}, to` : s.name,
+      label: s.name === '' ? plot.y : s.style === 'low' ? `${s.name}, from` : s.style === 'high' ? `${s.name}, to` : s.name,
       stroke,
       width: bound ? 1 : 1.5,
-      dash: bound ? [4, 4] : undefined,
+      dash: bound || s.style === 'dashed' ? [4, 4] : undefined,
       spanGaps: true,
+      // Lines that end between two pixels are smooth.
+      pxAlign: 0,
       paths: s.style === 'points' ? () => null : undefined,
-      points: s.style === 'points' ? { show: true, size: 4, fill: stroke } : { show: false },
+      points: s.style.endsWith('points') ? { show: true, size: s.x.length < 100 ? 6 : 4, fill: stroke } : { show: false },
       value: (_: uPlot, v: number | null) => (v == null ? '–' : v.toPrecision(5)),
     };
   });
@@ -69,11 +76,12 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
       title: plot.title,
       width: Math.max(into.clientWidth, 260),
       height: 260,
-      scales: { x: { time: false } },
+      scales: { x: { time: false }, y: plot.log_y ? { distr: 3 } : {} },
       axes: [axis(plot.x), { ...axis(plot.y === '1' ? plot.title : plot.y), size: 62 }],
       series: [{ label: plot.x }, ...series],
       bands: low < 0 ? [] : [{ series: [low + 2, low + 1], fill: `${COLOURS[0]}44` }],
       cursor: { drag: { x: true, y: false } },
+      hooks: { draw: [(of) => drawMarks(of, plot.marks ?? [])] },
       ...options,
     },
     data as uPlot.AlignedData,
@@ -92,14 +100,38 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
   return made;
 }
 
-/** Draws a figure in a box of its own, once the box is in the page. */
+/** Dashed lines at places on the horizontal axis, with their names. */
+function drawMarks(on: uPlot, marks: { name: string; x: number }[]): void {
+  const { ctx, bbox } = on;
+  ctx.save();
+  ctx.strokeStyle = ctx.fillStyle = colour('--text');
+  ctx.textAlign = 'left';
+  ctx.setLineDash([6, 4]);
+  for (const { name, x } of marks) {
+    const at = Math.round(on.valToPos(x, 'x', true));
+    if (at < bbox.left || at > bbox.left + bbox.width) continue;
+    ctx.beginPath();
+    ctx.moveTo(at, bbox.top);
+    ctx.lineTo(at, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.fillText(name, at + 4, bbox.top + 12 * devicePixelRatio);
+  }
+  ctx.restore();
+}
+
+/** Draws a figure in a box of its own, once the box is in the page; its caption stands below. */
 export function figure(plot: Plot): HTMLElement {
   const box = document.createElement('div');
   box.className = 'plot';
   box.setAttribute('role', 'img');
   box.setAttribute('aria-label', `${plot.title}: ${plot.y} over ${plot.x}`);
-  requestAnimationFrame(() => draw(box, plot));
-  return box;
+  // A box in closed details has no width: it is drawn when it gets one.
+  new ResizeObserver((_, observer) => {
+    if (box.clientWidth === 0) return;
+    observer.disconnect();
+    draw(box, plot);
+  }).observe(box);
+  return plot.caption ? el('figure', {}, box, el('figcaption', {}, plot.caption)) : box;
 }
 
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {

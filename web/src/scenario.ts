@@ -31,8 +31,33 @@ export const DEFAULT: Scenario = {
   landing: 0,
 };
 
+/** Motions of the deck, with their words. */
+export const DECKS = [['sea', 'Work boat in a sea'], ['sine', 'Heave, a sine'], ['still', 'Still']] as const;
+/** Controllers, with their words. */
+export const CONTROLLERS = [
+  ['dynamic+observer', 'Model and observer'],
+  ['dynamic', 'Model'],
+  ['empirical', 'Empirical law'],
+  ['observer', 'Observer, no model'],
+  ['feedback', 'Feedback, no model'],
+] as const;
+/** The second controller where one alone is watched. */
+export const NOBODY = 'none';
+
+/** Words that a key may have. */
+const WORDS: Record<string, string[]> = {
+  deck: DECKS.map(([name]) => name),
+  first: CONTROLLERS.map(([name]) => name),
+  second: [...CONTROLLERS.map(([name]) => name), NOBODY],
+};
+
 /** Landings that a scenario has: `landing` is one of them. */
 export const LANDINGS = 1000;
+
+/** The whole number from 0 to `most` that is nearest. */
+export function whole(value: number, most: number): number {
+  return Math.min(Math.max(0, Math.trunc(value)), most);
+}
 
 /** The file of a scenario for one of its controllers. Cards stand beside it. */
 export function toml(of: Scenario, controller: string, cards: string[]): string {
@@ -69,9 +94,12 @@ export function fromHash(hash: string): Scenario {
     if (typeof standard === 'number') {
       const value = Number(text);
       if (Number.isFinite(value)) made[key] = value;
-    } else if (/^[a-z+]+$/.test(text)) {
+    } else if (WORDS[key]?.includes(text)) {
       made[key] = text;
     }
   }
-  return made as unknown as Scenario;
+  const scenario = made as unknown as Scenario;
+  scenario.seed = whole(scenario.seed, Number.MAX_SAFE_INTEGER);
+  scenario.landing = whole(scenario.landing, LANDINGS - 1);
+  return scenario;
 }

@@ -64,9 +64,39 @@ export interface Frames extends Motion {
 const FORCE_M = 0.5;
 /** Side of a deck without an edge, m. */
 const WIDE_M = 6;
+/** Frames that take longer than this while a landing plays lower the resolution of the next ones, ms. */
+const SLOW_MS = 28;
+/** Frames between two changes of the resolution. */
+const JUDGED = 12;
+/** The lowest resolution while a landing plays, as a part of the full one. */
+const COARSEST = 0.35;
+/** After this time without a new frame the picture stands still, and has its full resolution, ms. */
+const STILL_MS = 200;
 const UP = new Vector3(0, 0, 1);
 /** Depth of the sea below the deck's mean place, as drawn; the simulation has waves only through the deck's motion. */
 const SEA_M = -1.5;
+
+/** What draws in three dimensions here, in the browser's words; null where nothing does. */
+function renderer(): string | null {
+  const probe = document.createElement('canvas').getContext('webgl2');
+  if (!probe) return null;
+  const info = probe.getExtension('WEBGL_debug_renderer_info');
+  const name: unknown = probe.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : probe.RENDERER);
+  probe.getExtension('WEBGL_lose_context')?.loseContext();
+  return String(name);
+}
+
+/** A view in a box; where the browser cannot draw one, a sentence in the box, and null. */
+export function viewIn(box: HTMLElement, wheel = true): View | null {
+  const name = renderer();
+  if (name === null) {
+    box.textContent = 'This browser cannot draw in three dimensions (WebGL 2).';
+    return null;
+  }
+  // Without a graphics card, smooth edges would take more than half of the time of a picture.
+  const smooth = !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  return new View(box, wheel, smooth);
+}
 
 /** The phase at a time, in words. */
 export function phaseAt({ frames }: Watched, time_s: number): string {
@@ -148,9 +178,18 @@ export class View {
   private readonly sea: Mesh<PlaneGeometry, MeshLambertMaterial>;
   private vehicles: { body: Vehicle; landing: Watched }[] = [];
   private readonly before = new Vector3();
+  /** The resolution of moving pictures, as a part of the full one: a slow renderer keeps pace with it. */
+  private coarse = 1;
+  private shownAt = 0;
+  private judged: number[] = [];
+  private still = 0;
 
-  constructor(private readonly box: HTMLElement, wheel = true) {
-    this.renderer = new WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
+  constructor(
+    private readonly box: HTMLElement,
+    wheel: boolean,
+    smooth: boolean,
+  ) {
+    this.renderer = new WebGLRenderer({ antialias: smooth, powerPreference: 'high-performance' });
     this.renderer.domElement.setAttribute('aria-label', 'Vehicle and deck in three dimensions');
     this.renderer.domElement.setAttribute('role', 'img');
     box.append(this.renderer.domElement);
@@ -166,7 +205,7 @@ export class View {
     light.position.set(-3, -4, 8);
     this.scene.add(new AmbientLight('#ffffff', 1.1), light, this.deck);
     this.sea = new Mesh(
-      new PlaneGeometry(60, 60, 48, 48),
+      new PlaneGeometry(60, 60, 32, 32),
       new MeshLambertMaterial({ color: '#2b6b8f', flatShading: true }),
     );
     this.sea.position.z = SEA_M;
@@ -207,6 +246,7 @@ export class View {
   show(time_s: number): void {
     const first = this.vehicles[0];
     if (!first) return;
+    this.keepPace();
     const { frames, weight_n, rotor_spacing_m } = first.landing;
     const row = rowAt(frames, time_s);
     const normal = new Vector3(...frames.deck_normal[row]!);
@@ -226,6 +266,32 @@ export class View {
     for (const { body, landing } of this.vehicles) body.show(rowAt(landing.frames, time_s));
     this.swell(time_s, frames.deck_m[row]![2]);
     this.render();
+  }
+
+  /** Lowers the resolution of moving pictures until they keep pace; a picture that stands still has the full one. */
+  private keepPace(): void {
+    const now = performance.now();
+    const took = now - this.shownAt;
+    this.shownAt = now;
+    clearTimeout(this.still);
+    this.still = window.setTimeout(() => {
+      this.sharpen(1);
+      this.render();
+    }, STILL_MS);
+    if (took > STILL_MS) return;
+    this.judged.push(took);
+    if (this.judged.length === JUDGED) {
+      const median = this.judged.sort((a, b) => a - b)[JUDGED >> 1]!;
+      if (median > SLOW_MS) this.coarse = Math.max(0.75 * this.coarse, COARSEST);
+      this.judged = [];
+    }
+    this.sharpen(this.coarse);
+  }
+
+  /** Sets the resolution, as a part of the full one. */
+  private sharpen(part: number): void {
+    const ratio = part * Math.min(devicePixelRatio, 2);
+    if (Math.abs(this.renderer.getPixelRatio() - ratio) > 1e-9) this.renderer.setPixelRatio(ratio);
   }
 
   /** Waves for the eye: they rise and fall with the deck, and are not those of the simulation. */
@@ -249,7 +315,7 @@ export class View {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.box;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.sharpen(1);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

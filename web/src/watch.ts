@@ -1,7 +1,7 @@
 // Landings to watch in a report: each `figure.scene` has its data, and gets a view, a button and a bar for the time.
 
 import { Playback } from './playback';
-import { phaseAt, View, type Watched } from './scene';
+import { phaseAt, viewIn, type Watched } from './scene';
 
 /** Colours of the first vehicle and of its ghost, which colour-blind readers tell apart (Okabe and Ito). */
 const COLOURS = ['#0072b2', '#d55e00'];
@@ -35,13 +35,8 @@ function begin(figure: HTMLElement): void {
   const [time, now, play] = [find<HTMLInputElement>('input'), find('output'), find<HTMLButtonElement>('button')];
   const first = landings[0];
   if (!first) return;
-  let view: View;
-  try {
-    view = new View(box, false);
-  } catch {
-    box.textContent = 'This browser cannot draw in three dimensions (WebGL).';
-    return;
-  }
+  const view = viewIn(box, false);
+  if (!view) return;
   view.load(landings, COLOURS);
   time.min = String(first.frames.time_s[0] ?? 0);
   time.max = String(Math.max(...landings.map(({ frames }) => frames.time_s.at(-1) ?? 0)));

@@ -1,9 +1,11 @@
 import assert from 'node:assert/strict';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { browser, data, difference, hasCommand, Page, pictures, root, touchdown } from './browser.mjs';
+
+const corpus = process.env.TOUCHDOWN_CORPUS;
 
 let chromium;
 before(async () => {
@@ -21,6 +23,73 @@ const SAME = 1e-9;
 
 /** All numbers of a text, in their order. */
 const numbersOf = (text) => [...text.matchAll(/-?\d+(?:\.\d+)?(?:e[-+]?\d+)?/g)].map(([n]) => Number(n));
+
+/** The messages of an MCAP file whose messages are JSON and whose chunks are not compressed. */
+function messages(file, from = 8, end = file.length - 8) {
+  const all = [];
+  for (let at = from; at < end; ) {
+    const [kind, length] = [file[at], Number(file.readBigUInt64LE(at + 1))];
+    const body = at + 9;
+    if (kind === 5) all.push(JSON.parse(file.subarray(body + 22, body + length).toString()));
+    if (kind === 6) {
+      const name = file.readUInt32LE(body + 28);
+      assert.equal(name, 0, 'a chunk that is not compressed');
+      all.push(...messages(file, body + 40, body + length));
+    }
+    at = body + length;
+  }
+  return all;
+}
+
+/** Two recordings of a landing hold the same messages; numbers differ by at most SAME of their size, or of 1. */
+function sameTrace(ours, theirs) {
+  const numbers = (value) =>
+    typeof value === 'number' ? [value] : value && typeof value === 'object' ? Object.values(value).flatMap(numbers) : [];
+  const [found, wanted] = [messages(ours), messages(theirs)];
+  assert.equal(found.length, wanted.length);
+  let worst = 0;
+  let count = 0;
+  found.forEach((message, k) => {
+    const [a, b] = [numbers(message), numbers(wanted[k])];
+    assert.equal(a.length, b.length);
+    count += a.length;
+    a.forEach((x, i) => (worst = Math.max(worst, Math.abs(x - b[i]) / Math.max(1, Math.abs(b[i])))));
+  });
+  console.log(`# greatest difference of ${count} numbers in ${found.length} messages of a landing: ${worst}`);
+  assert.ok(count > 10_000 && worst <= SAME, `${worst}`);
+}
+
+/** What is wrong with the places of what a person presses, types into and watches: outside of the page, on top of one another, or cut off. */
+function misplaced() {
+  const shown = [...document.querySelectorAll('button, select, textarea, summary, canvas, input:not(.hidden-input)')]
+    .map((element) => ({ element, box: element.getBoundingClientRect() }))
+    .filter(({ element, box }) => box.width > 0 && element.checkVisibility());
+  const name = ({ element }) => element.id || element.textContent.slice(0, 20) || element.className || element.tagName;
+  const found = [];
+  for (const one of shown) {
+    if (one.box.left < 0 || one.box.right > document.documentElement.clientWidth + 0.5) found.push(`${name(one)} leaves the page`);
+    if (one.element.tagName === 'BUTTON' && one.element.scrollWidth > one.element.clientWidth + 1) found.push(`${name(one)} is cut off`);
+    for (const other of shown) {
+      if (other === one) break;
+      const wide = Math.min(one.box.right, other.box.right) - Math.max(one.box.left, other.box.left);
+      const high = Math.min(one.box.bottom, other.box.bottom) - Math.max(one.box.top, other.box.top);
+      if (wide > 1 && high > 1) found.push(`${name(one)} and ${name(other)} overlap`);
+    }
+  }
+  return found;
+}
+
+/** Two reports show the same words, tables and curves; only the paths in their commands differ. */
+function sameReport(ours, theirs) {
+  const shown = (html) => html.slice(html.indexOf('<body'), html.indexOf('How to redo this</h2>'));
+  const words = (html) => shown(html).replace(/-?\d+(?:\.\d+)?(?:e[-+]?\d+)?/g, '#');
+  assert.ok(shown(theirs).length > 1000, 'the report has a body');
+  assert.equal(words(ours), words(theirs));
+  const [numbers, wanted] = [ours, theirs].map((html) => numbersOf(shown(html)));
+  const worst = difference(numbers, wanted);
+  console.log(`# greatest relative difference of ${numbers.length} numbers of a report: ${worst}`);
+  assert.ok(worst <= SAME, `${worst}`);
+}
 
 test('regress_nothing_leaves_the_page', async () => {
   const lab = await Page.open(chromium);
@@ -56,15 +125,19 @@ test('xval_a_table_of_a_thrust_stand_is_identified_as_by_the_command', withData,
   await lab.page.click('#identify');
   await lab.text('#identified', /Coefficients/);
   const { content } = await lab.saved('.card .save');
+  const report = await lab.saved('#report');
   await lab.picture('model-thrust');
   const folder = mkdtempSync(join(tmpdir(), 'lab-'));
-  touchdown('identify', 'thrust', log, '--map', map, '--out', join(folder, 'card.toml'));
-  const expected = readFileSync(join(folder, 'card.toml'), 'utf8');
+  touchdown('identify', 'thrust', log, '--map', map, '--out', folder);
+  const expected = readFileSync(join(folder, 'a1_11.toml'), 'utf8');
+  const page = readFileSync(join(folder, 'report.html'), 'utf8');
   rmSync(folder, { recursive: true });
   const terms = (text) => numbersOf(text.slice(text.indexOf('[[terms]]')));
   const worst = difference(terms(content.toString()), terms(expected));
   console.log(`# greatest relative difference of a card's numbers: ${worst}`);
   assert.ok(worst <= SAME, `${worst}`);
+  assert.equal(report.name, 'report.html');
+  sameReport(report.content.toString(), page);
   assert.deepEqual(lab.errors, []);
   await lab.close();
 });
@@ -107,7 +180,10 @@ test('xval_a_landing_is_that_of_the_command', withCommand, async () => {
   writeFileSync(join(folder, 'scenario.toml'), file);
   const out = join(folder, 'out');
   const controllers = ['--controller', 'dynamic+observer', '--controller', 'feedback'];
-  touchdown('land', join(folder, 'scenario.toml'), '--space', ...controllers, '--trials', '1', '--out', out);
+  const mcaps = join(folder, 'mcap');
+  touchdown('land', join(folder, 'scenario.toml'), '--space', ...controllers, '--trials', '1', '--out', out, '--mcap', mcaps);
+  const trace = (await lab.saved('#mcap')).content;
+  sameTrace(trace, readFileSync(join(mcaps, 'landing-000000.mcap')));
   const [header, ...rows] = readFileSync(join(out, 'landings.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
   rmSync(folder, { recursive: true });
   const numbers = [];
@@ -154,6 +230,19 @@ test('regress_a_link_shows_the_same_landing', async () => {
   await second.close();
 });
 
+test('prop_addresses_that_make_no_sense_show_a_landing', async () => {
+  for (const hash of [
+    '#deck=banana&first=nobody&second=dynamic+observer&wind_mps=abc&seed=-3&landing=1e9',
+    '#height_m=NaN&seed=99999999999999999999&landing=-0.5',
+    '#%E0%A4%A&=&&deck',
+  ]) {
+    const lab = await Page.open(chromium, { hash });
+    await lab.text('#outcome', /Outcome/);
+    assert.deepEqual(lab.errors, [], hash);
+    await lab.close();
+  }
+});
+
 test('regress_hostile_logs_are_errors_in_a_page_that_lives', async () => {
   const folder = mkdtempSync(join(tmpdir(), 'lab-'));
   const ulog = Buffer.concat([Buffer.from('554c6f67011235', 'hex'), Buffer.from([1]), Buffer.alloc(64, 255)]);
@@ -163,7 +252,10 @@ test('regress_hostile_logs_are_errors_in_a_page_that_lives', async () => {
     ['broken.ulg', ulog],
     ['script.csv', Buffer.from('time_s,<img src=x onerror=alert(1)>\n0,1\n1,2\n')],
     ['broken.parquet', Buffer.concat([Buffer.from('PAR1'), Buffer.alloc(200, 255), Buffer.from('PAR1')])],
+    // Those that the readers are tested with, where `cargo test` has left them.
+    ...(corpus ? readdirSync(corpus).map((name) => [name, readFileSync(join(corpus, name))]) : []),
   ];
+  console.log(`# ${hostile.length} hostile files`);
   const lab = await Page.open(chromium);
   for (const [name, bytes] of hostile) {
     writeFileSync(join(folder, name), bytes);
@@ -212,6 +304,8 @@ test('regress_from_flights_to_a_landing_with_their_card', async () => {
   await lab.page.type('#radius', '0.12');
   await lab.page.click('#identify');
   await lab.text('#identified', /Coefficients/);
+  await lab.page.$eval('#more-figures', (details) => (details.open = true));
+  await lab.page.waitForFunction(() => document.querySelectorAll('#more-figures .plot canvas').length >= 12);
   await lab.picture('model-flights');
   await lab.page.click('.card .fly');
   await lab.tab('deck');
@@ -254,12 +348,14 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
     const overflow = () =>
       lab.page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
     assert.equal(await overflow(), 0, `log at ${width}`);
+    assert.deepEqual(await lab.page.evaluate(misplaced), [], `log at ${width}`);
     await lab.picture(`log-${width}`);
     await lab.tab('model');
     await lab.page.click('#identify');
     await lab.text('#identified', /Coefficients/);
     await lab.page.waitForSelector('.plot canvas');
     assert.equal(await overflow(), 0, `model at ${width}`);
+    assert.deepEqual(await lab.page.evaluate(misplaced), [], `model at ${width}`);
     await lab.picture(`model-${width}`);
     await lab.tab('deck');
     await lab.text('#outcome', /Outcome/);
@@ -268,6 +364,12 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
       input.dispatchEvent(new Event('input'));
     });
     assert.equal(await overflow(), 0, `deck at ${width}`);
+    assert.deepEqual(await lab.page.evaluate(misplaced), [], `deck at ${width}`);
+    const columns = await lab.page.$$eval('#deck .columns > *', (all) => all.map((part) => part.getBoundingClientRect().toJSON()));
+    const [first, second] = columns;
+    // A phone has the parts below one another, a screen beside one another.
+    if (width === 360) assert.ok(second.top >= first.bottom, 'stacked');
+    else assert.ok(second.left >= first.right && second.top === first.top, 'side by side');
     await lab.picture(`deck-${width}`);
     await lab.close();
   }

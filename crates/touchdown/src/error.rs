@@ -111,5 +111,19 @@ impl Error {
     }
 }
 
+impl From<touchdown_pages::Error> for Error {
+    fn from(error: touchdown_pages::Error) -> Self {
+        use touchdown_pages::Error as Page;
+        match error {
+            Page::Report(e) => e.into(),
+            Page::Identification(e) => e.into(),
+            Page::Trial(e) => e.into(),
+            Page::Campaign(e) => e.into(),
+            Page::Landing(e) => Self::Arguments(format!("the record of a landing: {e}")),
+            Page::File { path, source } => Self::File { path, source },
+        }
+    }
+}
+
 /// The toolkit's result.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -1,28 +1,34 @@
 //! Thrust and ground effect as model cards.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use touchdown_campaign::progress::Silent;
 use touchdown_campaign::settings_file;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{
     Routed, ground_effect_by_routes, thrust_of_flights, with_thrust,
 };
 use touchdown_identify::forms::FormScore;
-use touchdown_identify::rig::{self, GroundTrial};
+use touchdown_identify::rig::GroundTrial;
+use touchdown_identify::rig::forms;
+use touchdown_identify::rig::identifiability::examine_trials;
 use touchdown_identify::settings::VehicleSettings;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
 use touchdown_log::{Findings, Map};
 use touchdown_model::card::{Input, Vehicle};
 use touchdown_model::{Card, Form};
+use touchdown_pages::identify::summary::{Failed, Fitted, Outcome};
+use touchdown_pages::identify::{
+    About, FlightFit, RigFit, Shown, ThrustFit, ThrustFits, flight_warnings,
+};
+use touchdown_pages::logs::{label, once, word};
 use touchdown_trial::Trial;
 
 use crate::inspect::parse_map;
-use crate::plot::{Plot, Series, Style};
+use crate::plot::Plot;
 use crate::request::{Data, Error, Result};
 
-/// Points of a curve of thrust over throttle: enough for a smooth line.
-const CURVE: usize = 200;
 /// Name of the settings in messages.
 const SETTINGS: &str = "the settings";
 
@@ -34,7 +40,10 @@ pub(crate) struct Identified {
     failed: Vec<[String; 2]>,
     /// What flights identify beside the cards: numbers, curve, routes, refusals.
     flight: Option<FlightResult>,
-    plots: Vec<Plot>,
+    /// The figures of the report, each with its panels.
+    figures: Vec<Vec<Plot>>,
+    /// The report of `touchdown identify`, an HTML page that needs nothing else.
+    report: String,
     /// What a user should know of the logs.
     warnings: Vec<String>,
     rows_dropped: usize,
@@ -69,6 +78,8 @@ impl Fit {
 
 /// Logs, read and mapped, with the settings of their identification.
 struct Logs {
+    /// The files, without their folders.
+    names: Vec<PathBuf>,
     map: Option<Map>,
     settings: IdentificationSettings,
     trials: Vec<Trial>,
@@ -101,6 +112,7 @@ impl Logs {
             return Err(Error::Data("expected at least one log".to_string()));
         }
         Ok(Self {
+            names: data.logs.iter().map(|p| file_name(p).into()).collect(),
             map,
             settings,
             trials,
@@ -135,29 +147,69 @@ impl Logs {
         Ok(origin)
     }
 
+    /// What a person should know of each log, with its name.
+    fn warnings_by_log(&self) -> Vec<(PathBuf, String)> {
+        let each = self.names.iter().zip(&self.findings);
+        let warnings = each.flat_map(|(name, findings)| {
+            let all = findings.warnings.iter().cloned().chain(findings.loss());
+            all.map(|text| (name.clone(), text))
+        });
+        warnings.collect()
+    }
+
+    /// A fit as the report has it; `warnings` stand beside those of the fit.
+    fn outcome(
+        &self,
+        made: &FittedCard,
+        flight: Option<&FlightResult>,
+        warnings: &[String],
+    ) -> Outcome {
+        let mut fitted = Fitted::of(label(&self.names), made, None, self.rows_dropped());
+        fitted.flight = flight.cloned().map(Box::new);
+        fitted.warnings.extend_from_slice(warnings);
+        Outcome::Fitted(fitted)
+    }
+
+    fn rows_dropped(&self) -> usize {
+        self.findings.iter().map(Findings::rows_dropped).sum()
+    }
+
     fn identified(
         &self,
         cards: Vec<FittedCard>,
         flight: Option<FlightResult>,
-        plots: Vec<Plot>,
+        shown: &Shown,
+        warnings: Vec<String>,
     ) -> Result<Identified> {
-        let warnings = self
-            .trials
-            .iter()
-            .zip(&self.findings)
-            .flat_map(|(trial, findings)| {
-                let all = findings.warnings.iter().cloned().chain(findings.loss());
-                all.map(|text| format!("{}: {text}", trial.name()))
-            });
         Ok(Identified {
             cards: cards.into_iter().map(Fit::of).collect::<Result<_>>()?,
             failed: Vec::new(),
             flight,
-            plots,
-            warnings: warnings.collect(),
-            rows_dropped: self.findings.iter().map(Findings::rows_dropped).sum(),
+            figures: shown.figures.iter().map(Plot::panels).collect(),
+            report: shown.report.html(),
+            warnings,
+            rows_dropped: self.rows_dropped(),
         })
     }
+}
+
+/// The command that makes the same report. The lab's map and settings stand in files of these names.
+fn command(what: &str, data: &Data, thrust: bool) -> String {
+    let mut words = vec![format!("touchdown identify {what}")];
+    words.extend(data.logs.iter().map(|path| word(&file_name(path))));
+    words.extend(data.map.is_some().then(|| "--map map.toml".to_string()));
+    if !data.settings.trim().is_empty() {
+        words.push("--settings settings.toml".to_string());
+    }
+    words.extend(thrust.then(|| "--thrust thrust.toml".to_string()));
+    words.push("--out results".to_string());
+    words.join(" ")
+}
+
+/// The last part of a path.
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 /// The file's name without its extension.
@@ -185,69 +237,25 @@ pub(crate) fn thrust(data: &Data) -> Result<Identified> {
     if let [one] = &logs.trials[..] {
         made.card.name = one.name().to_string();
     }
-    let plots = thrust_plots(&made.card, &logs.trials)?;
-    logs.identified(vec![made], flight, plots)
-}
-
-/// Thrust over throttle, and measured thrust with the free run and its residual over the time of the first log.
-fn thrust_plots(card: &Card, trials: &[Trial]) -> Result<Vec<Plot>> {
-    let mut over_throttle = Vec::new();
-    let mut battery_v = f64::NAN;
-    for trial in trials {
-        let throttle = thrust::throttle(trial)?;
-        let measured = trial.require("thrust_n")?;
-        over_throttle.push(Series::new(
-            trial.name(),
-            Style::Points,
-            &throttle,
-            measured,
-        ));
-        if let Some(volts) = trial.channel("battery_v") {
-            let known: Vec<f64> = volts.iter().copied().filter(|v| v.is_finite()).collect();
-            battery_v = known.iter().sum::<f64>() / known.len() as f64;
-        }
-    }
-    if let Some([low, high]) = card.validity.inputs.get("s").copied() {
-        let throttle: Vec<f64> = (0..CURVE)
-            .map(|i| low + (high - low) * i as f64 / (CURVE - 1) as f64)
-            .collect();
-        if let Ok(curve) = thrust::at_rest(card, &throttle, &vec![battery_v; CURVE]) {
-            over_throttle.push(Series::new(
-                "at rest, by the card",
-                Style::Line,
-                &throttle,
-                &curve,
-            ));
-        }
-    }
-    let mut plots = vec![Plot {
-        title: "Thrust over throttle".to_string(),
-        x: "Throttle",
-        y: "Thrust (N)",
-        series: over_throttle,
-    }];
-    let trial = &trials[0];
-    let measured = trial.require("thrust_n")?;
-    if let Ok(run) = thrust::predict(card, trial) {
-        let residual: Vec<f64> = measured.iter().zip(&run).map(|(m, p)| m - p).collect();
-        let time_s = trial.time_s();
-        plots.push(Plot {
-            title: format!("Free run over {}", trial.name()),
-            x: "Time (s)",
-            y: "Thrust (N)",
-            series: vec![
-                Series::new("measured", Style::Line, time_s, measured),
-                Series::new("free run", Style::Line, time_s, &run),
-            ],
-        });
-        plots.push(Plot {
-            title: "Residual".to_string(),
-            x: "Time (s)",
-            y: "Measured − free run (N)",
-            series: vec![Series::new("residual", Style::Line, time_s, &residual)],
-        });
-    }
-    Ok(plots)
+    let of_logs = logs.warnings_by_log();
+    let warnings = match logs.names.len() {
+        1 => of_logs.into_iter().map(|(_, warning)| warning).collect(),
+        _ => once(of_logs),
+    };
+    let outcomes = [logs.outcome(&made, flight.as_ref(), &warnings)];
+    let about = About {
+        outcomes: &outcomes,
+        command: &command("thrust", data, false),
+        settings: &logs.settings,
+    };
+    let fit = ThrustFit {
+        name: &made.card.name,
+        trials: &logs.trials,
+        made: &made,
+        flight: flight.as_ref(),
+    };
+    let shown = ThrustFits(&[fit]).shown(&about, &Silent)?;
+    logs.identified(vec![made], flight, &shown, warnings)
 }
 
 /// The ground effect of flights, or of a force rig with the thrust card of its vehicle.
@@ -280,119 +288,99 @@ fn of_flights(logs: &Logs, data: &Data, thrust: Option<&Card>) -> Result<Identif
         warnings,
     } = ground_effect_by_routes(&trials, &settings.flight, thrust)?;
     let origin = logs.origin(data)?;
-    let mut cards = vec![found.card(settings, &origin).with_warnings(warnings)];
-    cards.extend(found.thrust_card(settings, &origin));
+    let made = found.card(settings, &origin).with_warnings(warnings);
+    let of_thrust = found.thrust_card(settings, &origin);
     let mut result = found.result(&flights, &settings.flight);
     result.routes = routes;
-    let plots = vec![ratio_plot(&result)];
-    let mut identified = logs.identified(cards, Some(result), plots)?;
-    let notes = flights.iter().flat_map(|f| &f.notes);
-    identified.warnings.extend(notes.map(ToString::to_string));
-    Ok(identified)
-}
-
-/// Extra lift over height with its interval, and the hovers that it is from.
-fn ratio_plot(result: &FlightResult) -> Plot {
-    let height: Vec<f64> = result.ratio.iter().map(|at| at.height_m).collect();
-    let percent = |of: fn(&touchdown_identify::Estimate) -> f64| -> Vec<f64> {
-        let each = result.ratio.iter();
-        each.map(|at| 100.0 * of(&at.ratio)).collect()
+    let notes = logs.names.iter().zip(&flights).flat_map(|(name, flight)| {
+        let notes = flight.notes.iter();
+        notes.map(|note| (name.clone(), note.to_string()))
+    });
+    let of_logs = once(notes.chain(logs.warnings_by_log()));
+    let warnings = flight_warnings(&result, thrust.is_some(), of_logs, of_thrust.as_ref());
+    let outcomes = [logs.outcome(&made, Some(&result), &warnings)];
+    let cards: Vec<FittedCard> = std::iter::once(made).chain(of_thrust).collect();
+    let about = About {
+        outcomes: &outcomes,
+        command: &command("ground-effect", data, thrust.is_some()),
+        settings,
     };
-    let mut series = vec![
-        Series::new(
-            "95 % interval",
-            Style::Low,
-            &height,
-            &percent(|e| e.ci95[0]),
-        ),
-        Series::new(
-            "95 % interval",
-            Style::High,
-            &height,
-            &percent(|e| e.ci95[1]),
-        ),
-        Series::new("extra lift", Style::Line, &height, &percent(|e| e.value)),
-    ];
-    if !result.hovers.is_empty() {
-        let at: Vec<f64> = result.hovers.iter().map(|h| h.height_m).collect();
-        let lift: Vec<f64> = result
-            .hovers
-            .iter()
-            .map(|h| 100.0 * (h.ratio - 1.0))
-            .collect();
-        series.push(Series::new("hovers", Style::Points, &at, &lift));
-    }
-    Plot {
-        title: "Extra lift over height".to_string(),
-        x: "Height (m)",
-        y: "Extra lift (%)",
-        series,
-    }
+    let fit = FlightFit {
+        flights: &flights,
+        found: &found,
+        result: &result,
+        cards: &cards.iter().collect::<Vec<_>>(),
+    };
+    let shown = fit.shown(&about)?;
+    logs.identified(cards, Some(result), &shown, warnings)
 }
 
 fn of_rig(logs: &Logs, data: &Data, thrust: &Card) -> Result<Identified> {
     let mut settings = logs.settings.clone();
     let radius_m = &mut settings.ground_effect.rotor_radius_m;
     *radius_m = settings.vehicle.rotor_radius_m.unwrap_or(*radius_m);
-    let trials: Vec<GroundTrial> = logs
-        .trials
-        .iter()
-        .map(|trial| {
-            let (whole, _) = rig::without_gaps(trial)?;
-            Ok(rig::prepare(&whole, thrust)?)
-        })
-        .collect::<Result<_>>()?;
+    forms::check_thrust_card(thrust, settings.vehicle.rotors)?;
+    let prepared = forms::prepare_all(&logs.trials.iter().collect::<Vec<_>>(), thrust)?;
+    let mut warnings = Vec::new();
+    let mut trials: Vec<GroundTrial> = Vec::new();
+    for (trial, gap) in prepared {
+        warnings.extend(gap.map(|gap| format!("{}: {gap}", trial.name)));
+        trials.push(trial);
+    }
+    warnings.extend(once(logs.warnings_by_log()));
+    let before = examine_trials(&trials, &settings)?;
+    warnings.extend(before.advice.iter().map(ToString::to_string));
     let mut origin = logs.origin(data)?;
     origin.vehicle.rotor_radius_m = Some(settings.ground_effect.rotor_radius_m);
-    let (mut cards, mut failed) = (Vec::new(), Vec::new());
-    for form in Form::GROUND_EFFECT {
-        match rig::fit(form, &trials, &settings, &origin) {
-            Ok(made) if made.card.terms.is_empty() => failed.push([
-                form.name().to_string(),
-                "no term of it is supported by the data".to_string(),
-            ]),
-            Ok(made) => cards.push(made),
-            Err(error) => failed.push([form.name().to_string(), error.to_string()]),
-        }
-    }
-    if cards.is_empty() {
-        let reasons: Vec<String> = failed
-            .iter()
-            .map(|[f, why]| format!("{f}: {why}"))
-            .collect();
+    let fits = forms::fit_forms(
+        &Form::GROUND_EFFECT,
+        &trials,
+        &settings,
+        |_| origin.clone(),
+        || {},
+    );
+    let failed: Vec<[String; 2]> = fits
+        .failed
+        .iter()
+        .map(|(form, why)| [form.name().to_string(), why.to_string()])
+        .collect();
+    if fits.cards.is_empty() {
+        let reasons: Vec<String> = failed.iter().map(|why| why.join(": ")).collect();
         return Err(Error::Data(format!(
             "no form could be fitted: {}",
             reasons.join("; ")
         )));
     }
-    let plots = rig_plots(&cards, &trials);
-    let mut identified = logs.identified(cards, None, plots)?;
-    identified.failed = failed;
-    Ok(identified)
-}
-
-/// Force over height of all trials, measured and by the free run of each form.
-fn rig_plots(cards: &[FittedCard], trials: &[GroundTrial]) -> Vec<Plot> {
-    let height: Vec<f64> = trials.iter().flat_map(|t| t.height_m.clone()).collect();
-    let measured: Vec<f64> = trials.iter().flat_map(|t| t.force_n.clone()).collect();
-    let plot = |made: &FittedCard| {
-        let runs: Vec<Vec<f64>> = trials
-            .iter()
-            .map(|trial| rig::predict(&made.card, trial))
-            .collect::<touchdown_identify::Result<_>>()
-            .ok()?;
-        let run = runs.concat();
-        let residual: Vec<f64> = measured.iter().zip(&run).map(|(m, p)| m - p).collect();
-        Some(Plot {
-            title: format!("Ground effect over height: {}", made.card.name),
-            x: "Height (m)",
-            y: "Force (N)",
-            series: vec![
-                Series::new("measured", Style::Points, &height, &measured),
-                Series::new("free run", Style::Points, &height, &run),
-                Series::new("residual", Style::Points, &height, &residual),
-            ],
-        })
+    let levels = forms::held_out_levels(&trials, &settings, &origin, || {});
+    let without = levels
+        .as_ref()
+        .err()
+        .map(|e| format!("the comparison of the levels failed: {e}"));
+    let fitted = fits
+        .cards
+        .iter()
+        .map(|made| logs.outcome(made, None, &warnings));
+    let failures = fits
+        .failed
+        .iter()
+        .map(|(form, why)| Outcome::Failed(Failed::of(label(&logs.names), Some(form.name()), why)));
+    let outcomes: Vec<Outcome> = fitted.chain(failures).collect();
+    let about = About {
+        outcomes: &outcomes,
+        command: &command("ground-effect", data, true),
+        settings: &settings,
     };
-    cards.iter().filter_map(plot).collect()
+    let fit = RigFit {
+        trials: &trials,
+        before: &before,
+        cards: &fits.cards,
+        levels: levels.as_deref().unwrap_or_default(),
+    };
+    let shown = fit.shown(&about)?;
+    warnings.extend(without);
+    let identified = logs.identified(fits.cards, None, &shown, warnings)?;
+    Ok(Identified {
+        failed,
+        ..identified
+    })
 }

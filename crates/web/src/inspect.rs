@@ -135,9 +135,10 @@ fn with_loss(mut findings: Findings) -> Findings {
 fn preview(trial: &Trial) -> Vec<Plot> {
     let plot = |(name, values): (&str, &[f64])| Plot {
         title: name.to_owned(),
-        x: "Time (s)",
-        y: touchdown_trial::unit_of(name).symbol(),
+        x: "Time (s)".to_string(),
+        y: touchdown_trial::unit_of(name).symbol().to_string(),
         series: vec![Series::new(name, Style::Line, trial.time_s(), values)],
+        ..Plot::default()
     };
     trial.channels().map(plot).collect()
 }

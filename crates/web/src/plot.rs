@@ -1,19 +1,82 @@
 //! Curves and points, few enough for a screen.
 
 use serde::Serialize;
+use touchdown_report::{Figure, Kind, Panel};
 
 /// Points of a series at most. A screen of 4K has 3840 columns; twice or half of this looks the same on it.
 const MOST: usize = 4000;
 
-/// One figure.
-#[derive(Debug, Serialize)]
+/// One pair of axes.
+#[derive(Debug, Default, Serialize)]
 pub(crate) struct Plot {
     pub(crate) title: String,
+    /// What to see; empty where the title says it.
+    pub(crate) caption: String,
     /// What the horizontal axis shows, with its unit.
-    pub(crate) x: &'static str,
+    pub(crate) x: String,
     /// What the vertical axis shows, with its unit.
-    pub(crate) y: &'static str,
+    pub(crate) y: String,
+    pub(crate) log_y: bool,
     pub(crate) series: Vec<Series>,
+    /// Places on the horizontal axis.
+    pub(crate) marks: Vec<Mark>,
+}
+
+/// A place on the horizontal axis, with its name.
+#[derive(Debug, Serialize)]
+pub(crate) struct Mark {
+    name: String,
+    x: f64,
+}
+
+impl Plot {
+    /// The panels of a report's figure. The title stands above the first, the caption below the last.
+    pub(crate) fn panels(figure: &Figure) -> Vec<Self> {
+        let last = figure.panels.len().saturating_sub(1);
+        let panels = figure.panels.iter().enumerate().map(|(k, panel)| Self {
+            title: match (&panel.title, k) {
+                (Some(title), _) => title.clone(),
+                (None, 0) => figure.title.clone(),
+                _ => String::new(),
+            },
+            caption: if k == last {
+                figure.caption.clone()
+            } else {
+                String::new()
+            },
+            ..Self::of(panel)
+        });
+        panels.collect()
+    }
+
+    fn of(panel: &Panel) -> Self {
+        let mut plot = Self {
+            x: panel.x_label.clone(),
+            y: panel.y_label.clone(),
+            log_y: panel.log_y,
+            ..Self::default()
+        };
+        for s in &panel.series {
+            let series = |style, y: &[f64]| Series::new(&s.name, style, &s.x, y);
+            match &s.kind {
+                Kind::Points => plot.series.push(series(Style::Points, &s.y)),
+                Kind::LinesPoints => plot.series.push(series(Style::LinePoints, &s.y)),
+                Kind::Dashed | Kind::Dotted => plot.series.push(series(Style::Dashed, &s.y)),
+                Kind::Band { lower, upper } => {
+                    plot.series.push(series(Style::Low, lower));
+                    plot.series.push(series(Style::High, upper));
+                }
+                // The page's grid has this line.
+                Kind::HorizontalLine => {}
+                Kind::VerticalLine => plot.marks.extend(s.x.iter().map(|&x| Mark {
+                    name: s.name.clone(),
+                    x,
+                })),
+                _ => plot.series.push(series(Style::Line, &s.y)),
+            }
+        }
+        plot
+    }
 }
 
 /// How a series is drawn.
@@ -21,6 +84,8 @@ pub(crate) struct Plot {
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Style {
     Line,
+    Dashed,
+    LinePoints,
     Points,
     /// A bound of a 95 % interval; `Low` and `High` follow each other.
     Low,

@@ -105,6 +105,9 @@ pub enum Error {
     /// A simulation whose settings make no sense.
     #[error(transparent)]
     Simulation(#[from] touchdown_sim::SimError),
+    /// A report that cannot be made.
+    #[error(transparent)]
+    Page(#[from] touchdown_pages::Error),
     /// A file that cannot be written.
     #[error("{0}: {1}")]
     Write(PathBuf, std::io::Error),

@@ -52,7 +52,7 @@ fn analytic_a_table_becomes_channels_and_a_card() {
     assert_eq!(card["card"]["kind"], "thrust");
     // The data have no noise, and a curve over throttle holds them.
     assert!(card["rmse"].as_f64().unwrap() < 1e-6, "{}", card["rmse"]);
-    let curve = &found["plots"][0]["series"][1];
+    let curve = &found["figures"][0][0]["series"][1];
     for (s, t) in curve["x"]
         .as_array()
         .unwrap()

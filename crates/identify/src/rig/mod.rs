@@ -2,11 +2,12 @@
 //!
 //! The force is what the load cell measures beyond the free-air thrust, `f = F - T̂`, where `T̂` is the
 //! free run of a thrust card on the trial's own throttle. [`GroundTrial`] holds it; [`fit`] makes a card
-//! of any form from it; [`identifiability`] says what the data identify, [`levels`] sets the levels of identification side by
+//! of any form from it, [`forms`] cards of all forms; [`identifiability`] says what the data identify, [`levels`] sets the levels of identification side by
 //! side, [`relative`] asks whether eq. (9) needs both velocities.
 
 mod derivative;
 mod dynamic;
+pub mod forms;
 pub mod identifiability;
 pub mod levels;
 pub mod relative;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Serialize;
-use touchdown::{Error, Result, pages};
+use touchdown::{Error, Result};
 use touchdown_campaign::files::write;
 use touchdown_campaign::recording;
 use touchdown_campaign::sweep::{
@@ -285,7 +285,7 @@ pub(crate) fn finish(
     worst: &[SpaceTrace],
     out: &Path,
 ) -> Result<Done> {
-    pages::campaign(sweep, rows, results, worst, out)?;
+    touchdown_pages::campaign(sweep, rows, results, worst, out)?;
     output::results(out, results)?;
     let mut lines = vec![table(results)];
     lines.extend(outcomes::not_flown(sweep, rows, results));

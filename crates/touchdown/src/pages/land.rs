@@ -5,12 +5,12 @@ use std::path::Path;
 use touchdown_campaign::vertical::scenario::LandScenario;
 use touchdown_report::Callout;
 
-use super::colors::TRIALS;
 use super::landings::{self, Cloud};
-use super::page::{Page, how_made, show};
 use crate::error::Result;
 use crate::experiments::landing::MethodLandings;
 use crate::settings::to_toml;
+use touchdown_pages::colors::TRIALS;
+use touchdown_pages::page::{Page, how_made, show};
 
 /// Writes `figures/*.svg`, `figures/*.png` and `report.html` of the landings of `methods` into the folder `out`;
 /// before the landings stand the vehicle that is flown, where it followed the cards, and `warnings`.
@@ -89,7 +89,7 @@ pub fn land(
         "touchdown land scenario.toml --out DIR",
         Some(("scenario.toml", to_toml(scenario)?)),
     )?;
-    page.finish()
+    Ok(page.finish()?)
 }
 
 #[cfg(test)]

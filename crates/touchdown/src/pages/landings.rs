@@ -6,11 +6,11 @@ use touchdown_flight::reference::Exponential;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Series, Table};
 use touchdown_sim::landing::vertical::{Landing, Outcome};
 
-use super::colors::{PUBLISHED, REFERENCE, of_method};
-use super::page::{half_interval, show, spread};
 use crate::experiments::landing::MethodLandings;
 use crate::experiments::results::PublishedFigures;
 use crate::settings::LandSettings;
+use touchdown_pages::colors::{PUBLISHED, REFERENCE, of_method};
+use touchdown_pages::page::{half_interval, show, spread};
 
 /// What counts as landed.
 pub(super) const SYMBOLS: &str = "Height `z` is that of the vehicle above the deck, and `v = dz/dt` is its relative velocity. A trial has landed when \

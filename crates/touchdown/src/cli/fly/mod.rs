@@ -167,7 +167,6 @@ fn closing(summary: &Summary, out: &Path) -> String {
 fn replay(context: &Context, path: &Path) -> Result<Done> {
     let recording = Recording::read(path)?;
     let replay = touchdown_link::replay::replay(&recording, key(&recording.settings)?)?;
-    context.object(&replay);
     if replay.cut_off {
         context.warn(
             "the recording has no end, as after a kill: it was replayed up to its last whole event",
@@ -189,6 +188,7 @@ fn replay(context: &Context, path: &Path) -> Result<Done> {
             ),
         ));
     }
+    context.object(&replay);
     context.say(&format!(
         "{} events, {} bytes sent: all as in the flight.",
         replay.events, replay.sent_bytes

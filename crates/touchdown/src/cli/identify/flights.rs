@@ -3,27 +3,25 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use touchdown::pages;
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::flights::Route;
 use touchdown_identify::flights::armed_interval_result::ArmedIntervalResult;
-use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::result::FlightResult;
-use touchdown_identify::flights::{
-    Basis, Flight, Refusal, Routed, ground_effect_by_routes, with_thrust,
-};
+use touchdown_identify::flights::{Flight, Refusal, Routed, ground_effect_by_routes, with_thrust};
 use touchdown_identify::{FittedCard, IdentificationSettings};
 use touchdown_log::Map;
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 
 use super::load::{self, Log, word};
-use super::show::{Fitted, Outcome, Summary};
+use super::show;
 use super::{Command, Target, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use crate::cli::output;
+use touchdown_pages::identify::summary::{Fitted, Outcome, Summary};
+use touchdown_pages::identify::{About, FlightFit, Shown, flight_warnings};
 use touchdown_terminal::Done;
 
 /// Whether a log is one of a flight: nothing measured its thrust.
@@ -159,12 +157,9 @@ pub(super) fn run(
     let path = target.card(GROUND_EFFECT);
     let (label, dropped) = (load::label(&common.logs), load::rows_dropped(logs));
     let mut fitted = Fitted::of(label, &cards.ground_effect, path.as_deref(), dropped);
-    if thrust.is_some() && !result.routes.iter().any(|r| uses_thrust_card(r.basis)) {
-        let why = "the card of --thrust is not used, because the logs have the specific force, measured or from poses";
-        fitted.warnings.push(why.into());
-    }
-    fitted.warnings.extend(warnings_of_logs(logs, &flights));
-    fitted.warnings.extend(cards.thrust_warnings());
+    let of_logs = warnings_of_logs(logs, &flights);
+    let all = flight_warnings(&result, thrust.is_some(), of_logs, cards.thrust.as_ref());
+    fitted.warnings.extend(all);
     for warning in &fitted.warnings {
         context.warn(warning);
     }
@@ -177,19 +172,31 @@ pub(super) fn run(
         Target::Folder(folder) => {
             context.stage("drawing", 1);
             let command = command(common, thrust, folder);
-            let overview = summary.overview("Ground effect from flights", &command);
-            let figures = pages::identify::flight_figures(&flights, &model, &result);
-            let report =
-                pages::identify::flight_report(&overview, &result, &cards.all(), &figures)?;
+            let about = About {
+                outcomes: std::slice::from_ref(&outcome),
+                command: &command,
+                settings: &settings,
+            };
+            let fit = FlightFit {
+                flights: &flights,
+                found: &model,
+                result: &result,
+                cards: &cards.all(),
+            };
+            let Shown { figures, report } = fit.shown(&about)?;
             output::results_folder(context, folder)?;
             cards.write(context, folder)?;
-            pages::identify::write(folder, &figures, &report)?;
+            touchdown_pages::page::write(folder, &figures, &report)?;
             write_tables(folder, &outcome, &summary, &settings)?;
         }
     }
     context.finish();
     context.object(&outcome);
-    context.say(&format!("{}\n{}", summary.text(), text(&result).trim_end()));
+    context.say(&format!(
+        "{}\n{}",
+        show::summary(&summary),
+        text(&result).trim_end()
+    ));
     Ok(Done::with_loss(load::lossy(logs)))
 }
 
@@ -222,21 +229,6 @@ impl Cards {
             .collect()
     }
 
-    /// What a user should know of the thrust card.
-    fn thrust_warnings(&self) -> Vec<String> {
-        match &self.thrust {
-            Some(thrust) => {
-                let warnings = thrust.warnings.iter();
-                warnings.map(|w| format!("thrust card: {w}")).collect()
-            }
-            None => vec![
-                "no thrust card: it needs the mass ([flight] mass_kg), the accelerometer and the motors' lag (throttle logged \
-                 fast enough)"
-                    .into(),
-            ],
-        }
-    }
-
     fn write(&self, context: &Context, folder: &Path) -> Result<()> {
         self.ground_effect.card.write(&folder.join(GROUND_EFFECT))?;
         let path = folder.join(THRUST);
@@ -254,17 +246,6 @@ impl Cards {
         }
         Ok(())
     }
-}
-
-/// Whether the identification took the thrust from the card of `--thrust`.
-fn uses_thrust_card(basis: Basis) -> bool {
-    matches!(
-        basis,
-        Basis::Hovers {
-            law: ThrustLaw::Card,
-            ..
-        }
-    )
 }
 
 /// Warnings of the logs and of the flights in them, each once.

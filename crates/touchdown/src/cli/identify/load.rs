@@ -8,6 +8,7 @@ use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
 use touchdown_log::{Findings, Map};
 use touchdown_model::card::Input;
+pub(crate) use touchdown_pages::logs::{label, once, word};
 use touchdown_trial::{Source, Trial};
 
 use crate::cli::context::Context;
@@ -83,22 +84,6 @@ pub(crate) fn input(path: &Path) -> Result<Input> {
         name: file_name(path),
         sha256: touchdown_log::sha256(&bytes),
     })
-}
-
-/// Warnings of logs, each once: with its log, or with how many logs it is of.
-pub(crate) fn once(warnings: impl IntoIterator<Item = (PathBuf, String)>) -> Vec<String> {
-    let mut each: Vec<(String, Vec<PathBuf>)> = Vec::new();
-    for (path, text) in warnings {
-        match each.iter_mut().find(|(known, _)| *known == text) {
-            Some((_, logs)) => logs.push(path),
-            None => each.push((text, vec![path])),
-        }
-    }
-    let of = |(text, logs): (String, Vec<PathBuf>)| match &logs[..] {
-        [one] => format!("{}: {text}", one.display()),
-        many => format!("{text} ({} logs)", many.len()),
-    };
-    each.into_iter().map(of).collect()
 }
 
 /// Reads every log. One that cannot be read, or that holds no usable rows, is an error in its place; a map that
@@ -181,14 +166,6 @@ pub(crate) fn lossy(logs: &[Log]) -> bool {
     logs.iter().any(|log| log.findings.is_lossy())
 }
 
-/// The name in tables of what one fit is of: the log, or how many logs.
-pub(crate) fn label(logs: &[PathBuf]) -> String {
-    match logs {
-        [one] => one.display().to_string(),
-        many => format!("{} logs together", many.len()),
-    }
-}
-
 /// Names for trials, cards and figures: the files' stems, with a number where two are alike.
 pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     let mut taken = BTreeSet::new();
@@ -219,16 +196,6 @@ pub(crate) fn file_name(path: &Path) -> String {
     )
 }
 
-/// A word of a command line, quoted where a shell would take it apart.
-pub(crate) fn word(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+:,@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text.to_string()
-    } else {
-        format!("'{}'", text.replace('\'', r"'\''"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -237,18 +204,5 @@ mod tests {
     fn analytic_names_are_unique() {
         let paths = ["a/x.csv", "b/x.csv", "X.csv", "y"].map(PathBuf::from);
         assert_eq!(names(&paths), ["x", "x-2", "X-3", "y"]);
-    }
-
-    #[test]
-    fn analytic_a_warning_of_several_logs_stands_once() {
-        let warnings = [("a", "tilt"), ("b", "tilt"), ("b", "spikes"), ("c", "tilt")];
-        let warnings = warnings.map(|(path, text)| (PathBuf::from(path), text.to_string()));
-        assert_eq!(once(warnings), ["tilt (3 logs)", "b: spikes"]);
-    }
-
-    #[test]
-    fn analytic_words_are_quoted() {
-        assert_eq!(word("a/b.csv"), "a/b.csv");
-        assert_eq!(word("it's"), r"'it'\''s'");
     }
 }

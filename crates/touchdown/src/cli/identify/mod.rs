@@ -21,7 +21,7 @@ use super::args::identify::{Identify, IdentifyArgs, IdentifyCommon};
 use super::context::Context;
 use super::output;
 use load::word;
-use show::Summary;
+use touchdown_pages::identify::summary::Summary;
 use touchdown_terminal::Done;
 
 pub(crate) fn run(context: &Context, args: &IdentifyArgs) -> Result<Done> {

@@ -4,21 +4,22 @@ use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 
 use rayon::prelude::*;
-use touchdown::pages::{self, identify::ThrustFit};
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::thrust_of_flights;
 use touchdown_identify::{FittedCard, IdentificationSettings, thrust};
 use touchdown_log::Map;
+use touchdown_pages::identify::{About, Shown, ThrustFit, ThrustFits};
 use touchdown_trial::Trial;
 
 use super::load::{self, Log};
-use super::show::{Failed, Fitted, Outcome, Summary, forms};
+use super::show;
 use super::{Command, Target, flights, origin, with_vehicle, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use crate::cli::output;
+use touchdown_pages::identify::summary::{Failed, Fitted, Outcome, Summary};
 use touchdown_terminal::Done;
 
 pub(super) fn run(
@@ -115,12 +116,12 @@ impl Job<'_> {
 
     /// Prints the summary, with the results of flights: all of them for one log, the armed intervals for several.
     fn say(&self, outcomes: &[Outcome]) {
-        let mut text = Summary::of(outcomes).text();
+        let mut text = show::summary(&Summary::of(outcomes));
         if let [Outcome::Fitted(one)] = outcomes
             && !one.forms.is_empty()
         {
             text.push_str("\n\nForms, by the error of their free run on parts held out:\n");
-            text += &forms(&one.forms);
+            text += &show::forms(&one.forms);
         }
         for outcome in outcomes {
             if let Outcome::Fitted(Fitted {
@@ -163,7 +164,7 @@ impl Job<'_> {
                     outcomes.push(Outcome::Fitted(fitted));
                     pages_of.push(ThrustFit {
                         name,
-                        trial: &log.trial,
+                        trials: from_ref(&log.trial),
                         made,
                         flight: flight.as_deref(),
                     });
@@ -217,17 +218,20 @@ impl Job<'_> {
     /// Writes cards, tables, figures and the report.
     fn write(&self, folder: &Path, fits: &[ThrustFit<'_>], outcomes: &[Outcome]) -> Result<()> {
         self.context.stage("drawing", fits.len() as u64);
-        let figures = pages::identify::thrust_figures(fits, self.settings, self.context)?;
         let command = self.command();
         let command = command.text(&self.common.logs, &folder.display().to_string());
         let summary = Summary::of(outcomes);
-        let overview = summary.overview("Throttle to thrust", &command);
-        let report = pages::identify::thrust_report(&overview, fits, &figures)?;
+        let about = About {
+            outcomes,
+            command: &command,
+            settings: self.settings,
+        };
+        let Shown { figures, report } = ThrustFits(fits).shown(&about, self.context)?;
         output::results_folder(self.context, folder)?;
         for fit in fits {
             fit.made.card.write(&folder.join(card_file(fit.name)))?;
         }
-        pages::identify::write(folder, figures.iter().flatten(), &report)?;
+        touchdown_pages::page::write(folder, &figures, &report)?;
         write_tables(folder, &outcomes, &summary, self.settings)
     }
 }

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde::Serialize;
 use touchdown::Result;
-use touchdown::pages;
 use touchdown_campaign::progress::Progress as _;
 use touchdown_log::{Findings, Inspection, Log, Map, Survey, Table};
 use touchdown_sim::deck::character::SeriesCharacter;
@@ -366,17 +365,17 @@ fn write(
             None => Default::default(),
         };
         let figures = match (&seen.mapped, &seen.content) {
-            (Some((trial, _)), _) => pages::inspect::of_trial(index, name, trial),
+            (Some((trial, _)), _) => touchdown_pages::inspect::of_trial(index, name, trial),
             (
                 None,
                 Content::Table {
                     table: Some(table),
                     columns,
                 },
-            ) => pages::inspect::of_table(index, name, table, columns.time.as_ref()),
+            ) => touchdown_pages::inspect::of_table(index, name, table, columns.time.as_ref()),
             (None, _) => Vec::new(),
         };
-        sections.push(pages::inspect::Section {
+        sections.push(touchdown_pages::inspect::Section {
             title: seen.path.display().to_string(),
             about: text(seen).lines().next().unwrap_or_default().to_string(),
             topics: match &seen.content {
@@ -405,8 +404,8 @@ fn write(
         " --out {}",
         load::word(&folder.display().to_string())
     ));
-    let report = pages::inspect::report(&command, &sections)?;
+    let report = touchdown_pages::inspect::report(&command, &sections)?;
     output::results_folder(context, folder)?;
-    pages::identify::write(folder, sections.iter().flat_map(|s| &s.figures), &report)?;
+    touchdown_pages::page::write(folder, sections.iter().flat_map(|s| &s.figures), &report)?;
     output::results(folder, results)
 }

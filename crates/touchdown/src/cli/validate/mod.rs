@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
-use touchdown::pages;
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::flights::judge::IntervalFactors;
@@ -338,12 +337,12 @@ fn write(
     context.stage("drawing", logs.len() as u64);
     let names = load::names(&logs.iter().map(|l| l.path.clone()).collect::<Vec<_>>());
     let labels = load::names(&cards.iter().map(|c| c.path.clone()).collect::<Vec<_>>());
-    let drawn: Vec<pages::validate::Drawn<'_>> = pairs
+    let drawn: Vec<touchdown_pages::validate::Drawn<'_>> = pairs
         .iter()
         .zip(judged)
         .filter_map(|(&(c, l), judged)| {
             let judged = judged.as_ref().ok()?;
-            Some(pages::validate::Drawn {
+            Some(touchdown_pages::validate::Drawn {
                 card: &labels[c],
                 kind: cards[c].card.kind,
                 form: cards[c].card.form,
@@ -355,13 +354,13 @@ fn write(
             })
         })
         .collect();
-    let figures = pages::validate::figures(&drawn, &names, context)?;
+    let figures = touchdown_pages::validate::figures(&drawn, &names, context)?;
     let command = command(args, folder);
     let pooled = results.unseen.iter().filter(|p| p.logs > 1).count();
     let (rows, pooled_rows) = table.split_at(table.len() - pooled);
     let of_cards = results.unseen.iter().zip(cards);
-    let errors: Vec<pages::validate::UnseenError> = of_cards
-        .map(|(pooled, given)| pages::validate::UnseenError {
+    let errors: Vec<touchdown_pages::validate::UnseenError> = of_cards
+        .map(|(pooled, given)| touchdown_pages::validate::UnseenError {
             card: load::file_name(&given.path),
             kind: given.card.kind,
             logs: pooled.logs,
@@ -369,7 +368,7 @@ fn write(
             noise_mae_n: pooled.noise_floor.map(|e| e.mae),
         })
         .collect();
-    let overview = pages::validate::Overview {
+    let overview = touchdown_pages::validate::Overview {
         command: &command,
         header,
         rows,
@@ -379,13 +378,13 @@ fn write(
         factors_header: &flights::HEADER,
         factors: &flights::factors(results),
     };
-    let report = pages::validate::report(&overview, &figures)?;
+    let report = touchdown_pages::validate::report(&overview, &figures)?;
     output::results_folder(context, folder)?;
     output::write(
         &folder.join("summary.csv"),
         show::csv(header, table).as_bytes(),
     )?;
-    pages::identify::write(folder, &figures, &report)?;
+    touchdown_pages::page::write(folder, &figures, &report)?;
     output::results(folder, results)
 }
 

@@ -3,13 +3,13 @@
 use touchdown_campaign::vertical::landings::LandingFigures;
 use touchdown_report::{Cell, Color, Table};
 
-use super::super::colors::TRIALS;
 use super::super::landings::{self, Cloud};
-use super::super::page::{Page, show, spread};
 use super::verdict::{Ratio, ratio_text};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::results::Results;
+use touchdown_pages::colors::TRIALS;
+use touchdown_pages::page::{Page, show, spread};
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
     let land = &run.settings.deck_landing;

@@ -6,13 +6,13 @@ use touchdown_identify::scores::Errors;
 use touchdown_model::Form;
 use touchdown_report::Callout;
 
-use super::super::page::{Page, maybe, show};
 use super::printed;
 use super::verdict::{self, Beside, Claim, FAILS, REPRODUCES, Ratio, ratio_text, verdict};
 use crate::error::{Error, Result};
 use crate::experiments::Run;
 use crate::experiments::ground_effect::kind_of;
 use crate::experiments::results::Results;
+use touchdown_pages::page::{Page, maybe, show};
 
 /// Hover height counts as reproduced within this (m).
 const HOVER_TOLERANCE_M: f64 = 0.03;

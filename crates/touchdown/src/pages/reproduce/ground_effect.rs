@@ -5,7 +5,6 @@ use touchdown_model::Form;
 use touchdown_report::{Cell, Table};
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
-use super::super::page::{Page, errors, maybe, show};
 use super::coefficients::{self, Column};
 use super::first_page::all_kinds;
 use super::identifiability::title;
@@ -14,6 +13,7 @@ use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::ground_effect::{GroundEffectExperiment, kind_of};
 use crate::experiments::results::Results;
+use touchdown_pages::page::{Page, errors, maybe, show};
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
     let ge = &run.ground_effect;
@@ -46,7 +46,7 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     let of_forms = of_forms.into_iter().collect::<Result<Vec<Table>>>()?;
     page.folded_tables("Coefficients of all forms", of_forms)?;
     let of_trials = [0, 1].map(|set| every_trial(ge, set));
-    page.folded_tables("Errors of every validation trial", of_trials.into())
+    Ok(page.folded_tables("Errors of every validation trial", of_trials.into())?)
 }
 
 /// Errors of the best constant of each trial, its own mean, over the trials of one kind.

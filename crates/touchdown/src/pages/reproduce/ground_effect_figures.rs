@@ -5,11 +5,11 @@ use touchdown_identify::rig::{GroundTrial, predict};
 use touchdown_model::{Card, Form};
 use touchdown_report::{Figure, Panel, Series};
 
-use super::super::colors::{INPUT, MEASURED, PUBLISHED, TRUTH, of_form, shade};
-use super::super::page::{Page, block_means, minus};
 use super::coefficients;
 use crate::error::Result;
 use crate::experiments::ground_effect::{GroundEffectExperiment, kind_of};
+use touchdown_pages::colors::{INPUT, MEASURED, PUBLISHED, TRUTH, of_form, shade};
+use touchdown_pages::page::{Page, block_means, minus};
 
 /// Points of each trial in the figure over height.
 const POINTS_OF_TRIAL: usize = 60;
@@ -17,7 +17,7 @@ const POINTS_OF_TRIAL: usize = 60;
 /// The figure that shows what each form predicts.
 pub(super) fn models(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> {
     match nearest(ge, "triangle_low", 12.0) {
-        Some(trial) => page.figure(fig1(ge, trial)?),
+        Some(trial) => Ok(page.figure(fig1(ge, trial)?)?),
         None => Ok(()),
     }
 }
@@ -43,7 +43,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
     )?)?;
     page.report.subsection("Residuals");
     page.figure(over_time(ge)?)?;
-    page.figure(over_height(ge)?)
+    Ok(page.figure(over_height(ge)?)?)
 }
 
 /// The trial of a kind whose name states the thrust nearest to `thrust_n`.

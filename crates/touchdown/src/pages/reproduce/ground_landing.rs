@@ -3,11 +3,11 @@
 use touchdown_report::{Cell, Table};
 
 use super::super::landings;
-use super::super::page::{Page, show, spread};
 use super::verdict::{Ratio, ratio_text};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::results::Results;
+use touchdown_pages::page::{Page, show, spread};
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
     let land = &run.settings.ground_landing;

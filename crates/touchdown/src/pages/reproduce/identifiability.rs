@@ -4,9 +4,9 @@ use std::borrow::Borrow;
 
 use touchdown_report::{Cell, Table};
 
-use super::super::page::{Page, show};
 use crate::error::Result;
 use crate::experiments::ground_effect::{DataSet, GroundEffectExperiment};
+use touchdown_pages::page::{Page, show};
 
 pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> {
     page.report

@@ -1,10 +1,10 @@
 //! The last page: how to redo this.
 
-use super::super::page::{Page, how_made};
 use crate::error::{Error, Result};
 use crate::experiments::results::Results;
 use crate::experiments::{Run, command};
 use crate::settings::to_toml;
+use touchdown_pages::page::{Page, how_made};
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
     let settings = to_toml(&run.settings.with_files_here())?;

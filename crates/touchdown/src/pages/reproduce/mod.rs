@@ -18,10 +18,10 @@ pub use sea::watched;
 
 use std::path::Path;
 
-use super::page::Page;
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::results::Results;
+use touchdown_pages::page::Page;
 
 /// Writes `figures/*.svg`, `figures/*.png` and `report.html` into the folder `out`.
 ///
@@ -46,5 +46,5 @@ pub fn reproduce(run: &Run, results: &Results, out: &Path) -> Result<()> {
     deck::write(&mut page, run, results)?;
     sea::write(&mut page, run)?;
     last_page::write(&mut page, run, results)?;
-    page.finish()
+    Ok(page.finish()?)
 }

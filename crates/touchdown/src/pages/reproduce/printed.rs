@@ -4,11 +4,11 @@ use touchdown_flight::reference::Exponential;
 use touchdown_model::{Card, Form};
 use touchdown_sim::body::plant::Plant;
 
-use super::super::page::show;
 use super::coefficients::{eq_11, eq_12};
 use super::verdict::Claim;
 use crate::error::Result;
 use crate::experiments::Run;
+use touchdown_pages::page::show;
 
 /// Coefficients agree within this relative difference.
 const COEFFICIENT_TOLERANCE: f64 = 0.25;

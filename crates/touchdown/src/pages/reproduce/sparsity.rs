@@ -3,11 +3,11 @@
 
 use touchdown_identify::rig::relative::RelativeVelocity;
 
-use super::super::front;
-use super::super::page::{Page, show};
 use super::identifiability::title;
 use crate::error::Result;
 use crate::experiments::ground_effect::GroundEffectExperiment;
+use touchdown_pages::front;
+use touchdown_pages::page::{Page, show};
 
 pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> {
     page.report

@@ -5,13 +5,13 @@ use touchdown_model::Form;
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
 use touchdown_trial::Trial;
 
-use super::super::colors::{DECK, INPUT, MEASURED, PUBLISHED, TRUTH, of_form};
-use super::super::front;
-use super::super::page::{Page, errors, minus, show};
 use super::coefficients::{self, Column};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::thrust::{KINDS, MODELS, PlateState};
+use touchdown_pages::colors::{DECK, INPUT, MEASURED, PUBLISHED, TRUTH, of_form};
+use touchdown_pages::front;
+use touchdown_pages::page::{Page, errors, minus, show};
 
 /// Errors are drawn up to here (N); a step leaves a peak beyond it where dead time is not known.
 const ERROR_SHOWN_N: f64 = 0.4;
@@ -65,10 +65,10 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
             found,
         ))?;
     }
-    page.folded_tables(
+    Ok(page.folded_tables(
         "Coefficients of eq. (8) and eq. (7)",
         coefficient_tables(run)?,
-    )
+    )?)
 }
 
 fn coefficient_tables(run: &Run) -> Result<Vec<Table>> {

@@ -4,8 +4,8 @@ use touchdown_campaign::statistics::Summary;
 use touchdown_flight::Method;
 use touchdown_report::{Callout, Cell, Figure, Panel, Series, Table};
 
-use super::super::colors::{PUBLISHED, of_method};
-use super::super::page::show;
+use touchdown_pages::colors::{PUBLISHED, of_method};
+use touchdown_pages::page::show;
 
 /// Share of the paper's gain from which a size counts as reproduced.
 const SHARE_OF_GAIN: f64 = 0.75;

@@ -2,16 +2,26 @@
 
 use touchdown_campaign::statistics::Share;
 use touchdown_campaign::sweep::Figures;
-use touchdown_report::{Figure, Panel, Scene, Series};
+use touchdown_flight::Method;
+use touchdown_report::{Color, Figure, Panel, Scene, Series};
 use touchdown_sim::landing::space::{Case, SpaceTrace};
 
 use super::words;
 use crate::error::Result;
 use crate::experiments::sea::{SeaExperiment, SeaMethod, SeaTrack};
-use crate::pages::colors::of_how;
-use crate::pages::page::{share_series, shares_below};
-use crate::pages::track::Track;
-use crate::pages::watch::{start_s, watch};
+use touchdown_pages::colors::of_method;
+use touchdown_pages::page::{share_series, shares_below};
+use touchdown_pages::track::Track;
+use touchdown_pages::watch::{start_s, watch};
+
+/// The colour of a way to land at sea: that of its controller, where the way is the controller's usual one.
+fn of_how(how: SeaMethod) -> Color {
+    match how {
+        SeaMethod::Planned => of_method(Method::DynamicObserver),
+        SeaMethod::StraightDown => Color::Cycle(4),
+        SeaMethod::Published => of_method(Method::Dynamic),
+    }
+}
 
 /// What a case is called on an axis.
 fn short(case: Case) -> &'static str {

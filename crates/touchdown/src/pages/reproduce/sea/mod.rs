@@ -9,12 +9,12 @@ use touchdown_campaign::sweep::Figures;
 use touchdown_report::{Cell, Table};
 use touchdown_sim::landing::space::Case;
 
-use super::super::page::{Page, half_interval, show, spread};
 use super::verdict::{Ratio, ratio_text};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::sea::SeaMethod;
 use crate::experiments::sea::{SeaExperiment, SeaLandings};
+use touchdown_pages::page::{Page, half_interval, show, spread};
 
 pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
     let sea = &run.sea;

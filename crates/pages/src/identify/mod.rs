@@ -4,36 +4,61 @@ mod armed_intervals;
 mod flights;
 mod ground;
 mod parameters;
+pub mod summary;
 mod thrust;
 
-use touchdown_identify::FittedCard;
+use touchdown_campaign::settings_file::to_toml;
 use touchdown_identify::forms::FormScore;
+use touchdown_identify::{FittedCard, IdentificationSettings};
 use touchdown_model::{Card, Mark};
 use touchdown_report::{Callout, Cell, Figure, Report, Table};
 
-use super::page::show;
-use super::{front, page};
 use crate::error::{Error, Result};
+use crate::page::show;
+use crate::{front, page};
 
-pub use super::page::write;
-pub use flights::{figures as flight_figures, report as flight_report};
-pub use ground::{figures as ground_figures, report as ground_report};
-pub use thrust::{ThrustFit, figures as thrust_figures, report as thrust_report};
+pub use flights::{FlightFit, flight_warnings};
+pub use ground::RigFit;
+pub use thrust::{ThrustFit, ThrustFits};
 
-/// What every report of identification begins with.
-#[derive(Clone, Copy, Debug)]
-pub struct Overview<'a> {
-    /// What was identified.
-    pub title: &'a str,
-    /// The command that redoes it.
-    pub command: &'a str,
-    /// Head of the summary table.
-    pub header: &'a [String],
-    /// Its rows; the last cell of each holds the warnings.
-    pub rows: &'a [Vec<String>],
+use summary::{Outcome, Summary};
+
+/// A report with its figures.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// All figures, in the report's order.
+    pub figures: Vec<Figure>,
+    /// The report.
+    pub report: Report,
 }
 
-impl Overview<'_> {
+/// What every report of identification has.
+#[derive(Clone, Copy, Debug)]
+pub struct About<'a> {
+    /// The fits, and those that failed.
+    pub outcomes: &'a [Outcome],
+    /// The command that redoes it.
+    pub command: &'a str,
+    /// The settings of all fits.
+    pub settings: &'a IdentificationSettings,
+}
+
+/// What every report of identification begins and ends with.
+struct Overview<'a> {
+    title: &'a str,
+    about: &'a About<'a>,
+    summary: Summary,
+}
+
+impl<'a> Overview<'a> {
+    fn of(title: &'a str, about: &'a About<'a>) -> Self {
+        Self {
+            title,
+            about,
+            summary: Summary::of(about.outcomes),
+        }
+    }
+
     /// Begins a page with its verdict and the picture that shows it.
     fn begin(
         &self,
@@ -42,7 +67,7 @@ impl Overview<'_> {
     ) -> Result<Report> {
         let mut report = page::report(self.title, "Identified from logs");
         report
-            .fact("Fits", self.rows.len().to_string())
+            .fact("Fits", self.summary.rows.len().to_string())
             .verdict(kind, verdict);
         if let Some(picture) = picture {
             report.figure(picture)?;
@@ -53,19 +78,22 @@ impl Overview<'_> {
     /// The table of all fits.
     fn all_fits(&self, report: &mut Report) -> Result<()> {
         report.section("All fits");
-        page::put_table(report, all_fits(self.header, self.rows))
+        page::put_table(report, all_fits(&self.summary.header, &self.summary.rows))
     }
 
     /// Ends a page with the command.
     fn end(&self, report: &mut Report) -> Result<()> {
-        page::how_made(report, self.command, None)?;
-        report.paragraph("The settings stand in `inputs/settings.toml` beside this report.");
-        Ok(())
+        let settings = to_toml(self.about.settings)?;
+        page::how_made(
+            report,
+            self.about.command,
+            Some(("settings.toml", settings)),
+        )
     }
 }
 
 /// How many remarks qualify a result, in a sentence.
-pub(super) fn remarks(count: usize) -> String {
+pub(crate) fn remarks(count: usize) -> String {
     match count {
         0 => String::new(),
         1 => " One warning below qualifies this.".into(),
@@ -231,15 +259,14 @@ fn interval([low, high]: [f64; 2], decimals: usize) -> Cell {
 }
 
 /// The front of a fit, where it has one.
-#[must_use]
-pub fn front_figure(made: &FittedCard) -> Option<Figure> {
+fn front_figure(made: &FittedCard) -> Option<Figure> {
     let front = made.front.as_ref()?;
     let id = format!("front-{}", slug(&made.card.name));
     Some(front::figure(&id, "Error over the number of terms", front))
 }
 
 /// A figure's name: what a file name and an anchor may hold.
-pub(super) fn slug(text: &str) -> String {
+pub(crate) fn slug(text: &str) -> String {
     let plain = |c: char| {
         if c.is_ascii_alphanumeric() || c == '-' || c == '_' {
             c

@@ -16,7 +16,7 @@ use touchdown_sim::landing::space::SpaceTrace;
 use super::page::{Page, half_interval, how_made, show, spread};
 use super::watch::{start_s, watch};
 use crate::error::Result;
-use crate::settings::to_toml;
+use touchdown_campaign::settings_file::to_toml;
 
 const SYMBOLS: &str = "A landing has landed when the vehicle stands on the deck with its rotors stopped, by the true state. \
      **First** counts landings without an aborted descent. **Lateral** is the distance from the deck's centre at the first touch. \

@@ -1,24 +1,85 @@
 //! The report of a ground effect from flights.
 
 use touchdown_identify::FittedCard;
+use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{Basis, Flight, GroundEffect, Refusal, Route};
 use touchdown_model::Form;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
-use super::{Overview, armed_intervals, card_blocks, parameters, slug};
+use super::{About, Overview, Shown, armed_intervals, card_blocks, parameters, slug};
+use crate::colors::{FLIGHTS, INPUT, TRUTH, of_flight, of_form};
 use crate::error::Result;
-use crate::pages::colors::{FLIGHTS, INPUT, TRUTH, of_flight, of_form};
-use crate::pages::page::{folded_figures, put_table, show};
+use crate::page::{folded_figures, put_table, show};
 
 /// Logs drawn over time at most.
 const DRAWN: usize = 8;
 /// Heights drawn, in R.
 const HIGHEST: f64 = 8.0;
 
-/// Residual over height with the curve and its band; then each log with what was used of it.
+/// The ground effect of flights.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightFit<'a> {
+    /// The flights.
+    pub flights: &'a [Flight],
+    /// The model.
+    pub found: &'a GroundEffect,
+    /// Its numbers, the routes to it, and what is not identified.
+    pub result: &'a FlightResult,
+    /// Its cards.
+    pub cards: &'a [&'a FittedCard],
+}
+
+impl FlightFit<'_> {
+    /// The report, with its figures.
+    ///
+    /// # Errors
+    /// A figure or table that cannot be drawn.
+    pub fn shown(&self, about: &About<'_>) -> Result<Shown> {
+        let overview = Overview::of("Ground effect from flights", about);
+        let figures = figures(self.flights, self.found, self.result);
+        let report = report(&overview, self.result, self.cards, &figures)?;
+        Ok(Shown { figures, report })
+    }
+}
+
+/// What a person should know beside the warnings of the fit: `given` is whether a thrust card was given, `thrust` the
+/// thrust card that the flights make.
 #[must_use]
-pub fn figures(flights: &[Flight], found: &GroundEffect, result: &FlightResult) -> Vec<Figure> {
+pub fn flight_warnings(
+    result: &FlightResult,
+    given: bool,
+    of_logs: Vec<String>,
+    thrust: Option<&FittedCard>,
+) -> Vec<String> {
+    let of_card = |route: &Route| {
+        matches!(
+            route.basis,
+            Basis::Hovers {
+                law: ThrustLaw::Card,
+                ..
+            }
+        )
+    };
+    let mut all = Vec::new();
+    if given && !result.routes.iter().any(of_card) {
+        let why = "the card of --thrust is not used, because the logs have the specific force, measured or from poses";
+        all.push(why.to_string());
+    }
+    all.extend(of_logs);
+    match thrust {
+        Some(thrust) => all.extend(thrust.warnings.iter().map(|w| format!("thrust card: {w}"))),
+        None => all.push(
+            "no thrust card: it needs the mass ([flight] mass_kg), the accelerometer and the motors' lag (throttle logged \
+             fast enough)"
+                .to_string(),
+        ),
+    }
+    all
+}
+
+/// Residual over height with the curve and its band; then each log with what was used of it.
+fn figures(flights: &[Flight], found: &GroundEffect, result: &FlightResult) -> Vec<Figure> {
     let mut out = vec![over_height(flights, found, result)];
     out.extend(over_lag(found));
     let residuals = found.fit.residuals(&found.pieces);
@@ -235,11 +296,7 @@ fn over_time(
     .panel(below.series(Series::horizontal("", middle)))
 }
 
-/// The report.
-///
-/// # Errors
-/// A figure or table that cannot be drawn.
-pub fn report(
+fn report(
     overview: &Overview<'_>,
     result: &FlightResult,
     cards: &[&FittedCard],

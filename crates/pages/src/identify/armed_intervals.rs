@@ -3,7 +3,7 @@
 use touchdown_identify::flights::armed_interval_result::ArmedIntervalResult;
 use touchdown_report::{Cell, Table};
 
-use crate::pages::page::show;
+use crate::page::show;
 
 /// A row for every armed interval. Columns that none of them fills do not stand.
 pub(super) fn table(runs: &[ArmedIntervalResult]) -> Table {

@@ -6,20 +6,44 @@ use touchdown_identify::rig::levels::Level;
 use touchdown_identify::rig::{GroundTrial, predict};
 use touchdown_report::{Callout, Cell, Figure, Panel, Report, Series, Table};
 
-use super::super::front;
-use super::{Overview, card_blocks, front_figure, remarks, slug};
+use super::{About, Overview, Shown, card_blocks, front_figure, remarks, slug};
+use crate::colors::{MEASURED, of_form};
 use crate::error::Result;
-use crate::pages::colors::{MEASURED, of_form};
-use crate::pages::page::{folded_figures, minus, show};
+use crate::front;
+use crate::page::{folded_figures, minus, show};
 
 /// Trials that are drawn over time at most; all are in the figures over height.
 const DRAWN_TRIALS: usize = 6;
 
+/// The ground effect of a force rig, by every form.
+#[derive(Clone, Copy, Debug)]
+pub struct RigFit<'a> {
+    /// The trials.
+    pub trials: &'a [GroundTrial],
+    /// What they can identify.
+    pub before: &'a Identifiability,
+    /// The cards of the forms that were fitted.
+    pub cards: &'a [FittedCard],
+    /// The levels of identification on held-out logs; empty where there are too few logs.
+    pub levels: &'a [Level],
+}
+
+impl RigFit<'_> {
+    /// The report, with its figures.
+    ///
+    /// # Errors
+    /// A card that does not run on its own trials, or a figure that cannot be drawn.
+    pub fn shown(&self, about: &About<'_>) -> Result<Shown> {
+        let overview = Overview::of("Ground effect", about);
+        let mut figures = figures(self.trials, self.cards)?;
+        let report = report(&overview, self.before, self.cards, self.levels, &figures)?;
+        figures.extend(self.cards.iter().filter_map(front_figure));
+        Ok(Shown { figures, report })
+    }
+}
+
 /// Force over height and residual over height of every form; then the free runs of all forms on some trials.
-///
-/// # Errors
-/// A card that does not run on its own trials.
-pub fn figures(trials: &[GroundTrial], fits: &[FittedCard]) -> Result<Vec<Figure>> {
+fn figures(trials: &[GroundTrial], fits: &[FittedCard]) -> Result<Vec<Figure>> {
     let run = |made: &FittedCard| -> Result<Vec<Vec<f64>>> {
         trials.iter().map(|t| Ok(predict(&made.card, t)?)).collect()
     };
@@ -100,11 +124,7 @@ fn over_time(i: usize, trial: &GroundTrial, fits: &[FittedCard], runs: &[Vec<Vec
     .panel(residual.series(Series::horizontal("", 0.0)))
 }
 
-/// The report.
-///
-/// # Errors
-/// A figure that cannot be drawn.
-pub fn report(
+fn report(
     overview: &Overview<'_>,
     before: &Identifiability,
     fits: &[FittedCard],

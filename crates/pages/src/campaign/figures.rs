@@ -11,9 +11,9 @@ use touchdown_report::{Color, Figure, Panel, Scene, Series};
 use touchdown_sim::landing::space::SpaceTrace;
 
 use super::ended;
-use crate::pages::colors::of_controller;
-use crate::pages::page::{share_series, shares_below};
-use crate::pages::track::Track;
+use crate::colors::of_controller;
+use crate::page::{share_series, shares_below};
+use crate::track::Track;
 
 /// More points than this cannot be named on one axis.
 const NAMED: usize = 8;

@@ -4,35 +4,33 @@ use touchdown_flight::Method;
 use touchdown_model::Form;
 use touchdown_report::Color;
 
-use crate::experiments::sea::SeaMethod;
-
 /// Raw measurements: seen, but behind everything else.
-pub(super) const MEASURED: Color = Color::Rgb(0xB8, 0xBE, 0xC6);
+pub const MEASURED: Color = Color::Rgb(0xB8, 0xBE, 0xC6);
 /// The simulated truth, and the fitted curve of measured points.
-pub(super) const TRUTH: Color = Color::BLACK;
+pub const TRUTH: Color = Color::BLACK;
 /// Figures that the paper prints.
-pub(super) const PUBLISHED: Color = Color::Rgb(0xB0, 0x00, 0x30);
+pub const PUBLISHED: Color = Color::Rgb(0xB0, 0x00, 0x30);
 /// What a controller is to follow.
-pub(super) const REFERENCE: Color = Color::Cycle(8);
+pub const REFERENCE: Color = Color::Cycle(8);
 /// What an estimator on board returns.
-pub(super) const ESTIMATED: Color = Color::Cycle(4);
+pub const ESTIMATED: Color = Color::Cycle(4);
 /// What a predictor on board returns.
-pub(super) const FORECAST: Color = Color::Cycle(3);
+pub const FORECAST: Color = Color::Cycle(3);
 /// The deck or plate.
-pub(super) const DECK: Color = Color::Rgb(0x6B, 0x8E, 0x23);
+pub const DECK: Color = Color::Rgb(0x6B, 0x8E, 0x23);
 /// Inputs that the reader needs for orientation: throttle, height.
-pub(super) const INPUT: Color = Color::GREY;
+pub const INPUT: Color = Color::GREY;
 /// Force of the feet on the deck.
-pub(super) const FEET: Color = Color::Cycle(13);
+pub const FEET: Color = Color::Cycle(13);
 /// Trials of any method, in figures whose axis names the method.
-pub(super) const TRIALS: Color = Color::Rgb(0x5A, 0x6B, 0x7D);
+pub const TRIALS: Color = Color::Rgb(0x5A, 0x6B, 0x7D);
 /// Errors on the data of the fit.
-pub(super) const TRAINING: Color = Color::GREY;
+pub const TRAINING: Color = Color::GREY;
 /// Errors on held-out trials.
-pub(super) const HELD_OUT: Color = Color::Cycle(14);
+pub const HELD_OUT: Color = Color::Cycle(14);
 
 /// Error of a model's own terms beside those of the best subsets.
-pub(super) const OWN_TERMS: Color = Color::Cycle(3);
+pub const OWN_TERMS: Color = Color::Cycle(3);
 
 const DYNAMIC: Color = Color::Cycle(0);
 const EMPIRICAL: Color = Color::Cycle(1);
@@ -43,12 +41,12 @@ const OBSERVER: Color = Color::Cycle(10);
 const DYNAMIC_OBSERVER: Color = Color::Cycle(15);
 
 /// The colour of a method of vertical landing.
-pub(super) fn of_method(method: Method) -> Color {
+pub fn of_method(method: Method) -> Color {
     of_controller(method.name()).unwrap_or(Color::GREY)
 }
 
 /// The colour of a controller in space by its name: that of the same method in vertical landings.
-pub(super) fn of_controller(name: &str) -> Option<Color> {
+pub fn of_controller(name: &str) -> Option<Color> {
     Some(match name {
         "feedback" => FEEDBACK,
         "empirical" => EMPIRICAL,
@@ -61,17 +59,8 @@ pub(super) fn of_controller(name: &str) -> Option<Color> {
     })
 }
 
-/// The colour of a way to land at sea: that of its controller, where the way is the controller's usual one.
-pub(super) fn of_how(how: SeaMethod) -> Color {
-    match how {
-        SeaMethod::Planned => DYNAMIC_OBSERVER,
-        SeaMethod::StraightDown => Color::Cycle(4),
-        SeaMethod::Published => DYNAMIC,
-    }
-}
-
 /// The colour of a model by its form; models that are flown have their method's.
-pub(super) fn of_form(form: Form) -> Color {
+pub fn of_form(form: Form) -> Color {
     match form {
         Form::Lag => DYNAMIC,
         Form::Empirical => EMPIRICAL,
@@ -86,7 +75,7 @@ pub(super) fn of_form(form: Form) -> Color {
 }
 
 /// A colour for each of several models: its form's, or the next that none of them has where two share a form.
-pub(super) fn of_models(forms: &[Form]) -> Vec<Color> {
+pub fn of_models(forms: &[Form]) -> Vec<Color> {
     let mut taken: Vec<Color> = Vec::new();
     for form in forms {
         let others = (0..16).map(Color::Cycle);
@@ -102,10 +91,10 @@ pub(super) fn of_models(forms: &[Form]) -> Vec<Color> {
 }
 
 /// Flights that colours tell apart; more have one colour.
-pub(super) const FLIGHTS: usize = 16;
+pub const FLIGHTS: usize = 16;
 
 /// The colour of the `index`-th of several flights: no method and no form has it.
-pub(super) fn of_flight(index: usize, flights: usize) -> Color {
+pub fn of_flight(index: usize, flights: usize) -> Color {
     match flights {
         0..=1 => shade(0.25),
         2..=FLIGHTS => shade(index as f64 / (flights - 1) as f64),
@@ -114,7 +103,7 @@ pub(super) fn of_flight(index: usize, flights: usize) -> Color {
 }
 
 /// From cool and dark to warm and light, for a quantity that runs from 0 to 1 (after the map viridis, without its lightest end).
-pub(super) fn shade(share: f64) -> Color {
+pub fn shade(share: f64) -> Color {
     const STOPS: [[f64; 3]; 5] = [
         [68.0, 1.0, 84.0],
         [59.0, 82.0, 139.0],

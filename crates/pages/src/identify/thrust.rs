@@ -9,57 +9,92 @@ use touchdown_model::Form;
 use touchdown_report::{Callout, Color, Figure, Panel, Report, Series};
 use touchdown_trial::Trial;
 
-use super::{Overview, armed_intervals, card_blocks, remarks, slug};
+use super::{About, Overview, Shown, armed_intervals, card_blocks, remarks, slug};
+use crate::colors::{MEASURED, of_form};
 use crate::error::Result;
-use crate::pages::colors::{MEASURED, of_form};
-use crate::pages::page::{put_table, show};
+use crate::page::{put_table, show};
 
 /// Points of the fitted curve.
 const CURVE: usize = 101;
 
-/// One log and the card fitted to it.
+/// A card and the logs that it was fitted to.
 #[derive(Clone, Copy, Debug)]
 pub struct ThrustFit<'a> {
-    /// The log's name, of which the figures' names are made.
+    /// Its name in the report: that of its log.
     pub name: &'a str,
-    /// The log.
-    pub trial: &'a Trial,
+    /// The logs.
+    pub trials: &'a [Trial],
     /// The fit.
     pub made: &'a FittedCard,
     /// Results of flights; absent if thrust was measured.
     pub flight: Option<&'a FlightResult>,
 }
 
+/// Cards, each with its logs.
+#[derive(Clone, Copy, Debug)]
+pub struct ThrustFits<'a>(pub &'a [ThrustFit<'a>]);
+
+impl ThrustFits<'_> {
+    /// The report, with its figures; a step of `progress` for each card.
+    ///
+    /// # Errors
+    /// A card that does not run on its own log, or a figure that cannot be drawn.
+    pub fn shown(&self, about: &About<'_>, progress: &dyn Progress) -> Result<Shown> {
+        let overview = Overview::of("Throttle to thrust", about);
+        let figures = figures(self.0, about.settings, progress)?;
+        let report = report(&overview, self.0, &figures)?;
+        Ok(Shown {
+            figures: figures.into_iter().flatten().collect(),
+            report,
+        })
+    }
+}
+
+/// A log beside the card that was fitted to it.
+struct Seen<'a> {
+    name: &'a str,
+    trial: &'a Trial,
+    made: &'a FittedCard,
+}
+
 /// Figures of every fit: thrust and residual over throttle; thrust and residual over time, where the log has a
 /// course and not just steady rows.
-///
-/// # Errors
-/// A card that does not run on its own log.
-pub fn figures(
+fn figures(
     fits: &[ThrustFit<'_>],
     settings: &IdentificationSettings,
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<Figure>>> {
+    let of_log = |id: &str, seen: &Seen<'_>| match seen.made.card.form {
+        Form::StaticSqrt | Form::StaticThrust => of_steady(id, seen, settings),
+        _ => of_course(id, seen),
+    };
     fits.par_iter()
         .enumerate()
         .map(|(index, fit)| {
-            let id = format!("{:03}-{}", index + 1, slug(fit.name));
-            let steady = matches!(fit.made.card.form, Form::StaticSqrt | Form::StaticThrust);
-            let made = if steady {
-                of_steady(&id, fit, settings)
-            } else {
-                of_course(&id, fit)
-            };
-            progress.step();
-            let mut made = made?;
+            let mut made = Vec::new();
+            for (k, trial) in fit.trials.iter().enumerate() {
+                let one = fit.trials.len() == 1;
+                let name = if one { fit.name } else { trial.name() };
+                let id = match one {
+                    true => format!("{:03}-{}", index + 1, slug(name)),
+                    false => format!("{:03}-{:03}-{}", index + 1, k + 1, slug(name)),
+                };
+                let seen = Seen {
+                    name,
+                    trial,
+                    made: fit.made,
+                };
+                made.extend(of_log(&id, &seen)?);
+            }
             made.extend(super::front_figure(fit.made));
+            progress.step();
             Ok(made)
         })
         .collect()
 }
 
 /// The fitted steady curve, over the throttles of the log.
-fn curve(fit: &ThrustFit<'_>, battery_v: Option<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
+fn curve(fit: &Seen<'_>, battery_v: Option<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
     let [lo, hi] = *fit.made.card.validity.inputs.get("s")?;
     let throttle: Vec<f64> = (0..CURVE)
         .map(|i| lo + (hi - lo) * i as f64 / (CURVE - 1) as f64)
@@ -69,11 +104,7 @@ fn curve(fit: &ThrustFit<'_>, battery_v: Option<f64>) -> Option<(Vec<f64>, Vec<f
     Some((throttle, thrust))
 }
 
-fn of_steady(
-    id: &str,
-    fit: &ThrustFit<'_>,
-    settings: &IdentificationSettings,
-) -> Result<Vec<Figure>> {
+fn of_steady(id: &str, fit: &Seen<'_>, settings: &IdentificationSettings) -> Result<Vec<Figure>> {
     let (points, by_plateau) = thrust::steady_points(std::slice::from_ref(fit.trial), settings)?;
     let throttle: Vec<f64> = points.iter().map(|p| p.throttle).collect();
     let battery: Vec<f64> = points
@@ -141,7 +172,7 @@ fn of_steady(
 }
 
 /// Panels of thrust and residual over time.
-fn course(fit: &ThrustFit<'_>) -> Result<(Panel, Vec<f64>)> {
+fn course(fit: &Seen<'_>) -> Result<(Panel, Vec<f64>)> {
     let trial = fit.trial;
     let measured = trial.require("thrust_n")?;
     let predicted = thrust::predict(&fit.made.card, trial)?;
@@ -163,7 +194,7 @@ fn course(fit: &ThrustFit<'_>) -> Result<(Panel, Vec<f64>)> {
     Ok((panel, residual))
 }
 
-fn of_course(id: &str, fit: &ThrustFit<'_>) -> Result<Vec<Figure>> {
+fn of_course(id: &str, fit: &Seen<'_>) -> Result<Vec<Figure>> {
     let (panel, residual) = course(fit)?;
     let trial = fit.trial;
     let throttle = thrust::throttle(trial)?;
@@ -202,16 +233,13 @@ fn of_course(id: &str, fit: &ThrustFit<'_>) -> Result<Vec<Figure>> {
 }
 
 /// The report over all fits.
-///
-/// # Errors
-/// A figure that cannot be drawn.
-pub fn report(
+fn report(
     overview: &Overview<'_>,
     fits: &[ThrustFit<'_>],
     figures: &[Vec<Figure>],
 ) -> Result<Report> {
     let first = figures.first().and_then(|figures| figures.first());
-    let mut report = overview.begin(verdict(fits, overview.rows.len()), first)?;
+    let mut report = overview.begin(verdict(fits, overview.summary.rows.len()), first)?;
     // Of many fits, the table says more than one after the other.
     if fits.len() > 1 {
         overview.all_fits(&mut report)?;
@@ -259,7 +287,8 @@ const LARGE_RESIDUAL: f64 = 0.02;
 fn residual(fit: &ThrustFit<'_>) -> Option<(f64, f64)> {
     let mut scores = fit.made.card.scores.iter();
     let rmse_n = scores.find(|s| s.seen && s.unit == "N")?.rmse;
-    let measured = fit.trial.channel("thrust_n")?.iter().copied();
+    let measured = fit.trials.iter().filter_map(|t| t.channel("thrust_n"));
+    let measured = measured.flatten().copied();
     let greatest_n = measured.filter(|n| n.is_finite()).fold(0.0, f64::max);
     (greatest_n > 0.0).then_some((rmse_n, rmse_n / greatest_n))
 }
@@ -350,7 +379,7 @@ mod tests {
         let made = thrust::first_order(trials, &settings, &Origin::default()).expect("a fit");
         let fit = ThrustFit {
             name: "sine",
-            trial: &trial,
+            trials,
             made: &made,
             flight: None,
         };

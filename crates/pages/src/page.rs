@@ -11,15 +11,17 @@ use super::glossary::TERMS;
 use crate::error::{Error, Result};
 
 /// A report and its figures.
-pub(super) struct Page {
+pub struct Page {
     /// The report.
-    pub(super) report: Report,
+    pub report: Report,
     out: PathBuf,
     figures: Vec<Figure>,
 }
 
 impl Page {
-    pub(super) fn new(title: &str, subtitle: &str, out: &Path) -> Self {
+    /// An empty page; `out` is the folder that [`Self::finish`] writes into.
+    #[must_use]
+    pub fn new(title: &str, subtitle: &str, out: &Path) -> Self {
         Self {
             report: report(title, subtitle),
             out: out.to_owned(),
@@ -27,16 +29,21 @@ impl Page {
         }
     }
 
-    pub(super) fn text(&mut self, text: impl Into<String>) {
+    /// Adds a paragraph.
+    pub fn text(&mut self, text: impl Into<String>) {
         self.report.paragraph(text);
     }
 
-    pub(super) fn table(&mut self, table: Table) -> Result<()> {
+    /// Adds a table, a long one behind its caption.
+    ///
+    /// # Errors
+    /// Rows that do not fit the columns.
+    pub fn table(&mut self, table: Table) -> Result<()> {
         put_table(&mut self.report, table)
     }
 
     /// Adds tables behind a line.
-    pub(super) fn folded_tables(&mut self, summary: &str, tables: Vec<Table>) -> Result<()> {
+    pub fn folded_tables(&mut self, summary: &str, tables: Vec<Table>) -> Result<()> {
         self.report.folded(summary, |inner| {
             tables
                 .into_iter()
@@ -45,14 +52,18 @@ impl Page {
         Ok(())
     }
 
-    pub(super) fn figure(&mut self, figure: Figure) -> Result<()> {
+    /// Adds a figure.
+    ///
+    /// # Errors
+    /// A figure that cannot be drawn.
+    pub fn figure(&mut self, figure: Figure) -> Result<()> {
         self.report.figure(&figure)?;
         self.figures.push(figure);
         Ok(())
     }
 
     /// Adds figures behind a line.
-    pub(super) fn folded_figures(
+    pub fn folded_figures(
         &mut self,
         summary: &str,
         figures: impl Iterator<Item = Figure>,
@@ -64,18 +75,18 @@ impl Page {
     }
 
     /// The figures' names so far, as files under the folder of results.
-    pub(super) fn figure_names(&self) -> Vec<&str> {
+    pub fn figure_names(&self) -> Vec<&str> {
         self.figures.iter().map(|f| f.id.as_str()).collect()
     }
 
     /// Writes `figures/*.svg`, `figures/*.png` and `report.html`.
-    pub(super) fn finish(self) -> Result<()> {
+    pub fn finish(self) -> Result<()> {
         write(&self.out, &self.figures, &self.report)
     }
 }
 
 /// An empty report that explains the terms of all pages.
-pub(super) fn report(title: &str, subtitle: &str) -> Report {
+pub fn report(title: &str, subtitle: &str) -> Report {
     let mut report = Report::new(title);
     report
         .glossary(TERMS)
@@ -91,7 +102,7 @@ const LONG: usize = 14;
 const LONG_COMMAND: usize = 1200;
 
 /// Adds a table, a long one behind its caption.
-pub(super) fn put_table(report: &mut Report, mut table: Table) -> Result<()> {
+pub fn put_table(report: &mut Report, mut table: Table) -> Result<()> {
     if table.rows.len() <= LONG {
         report.table(table)?;
         return Ok(());
@@ -108,7 +119,7 @@ pub(super) fn put_table(report: &mut Report, mut table: Table) -> Result<()> {
 }
 
 /// Adds figures behind a line; nothing where there are none.
-pub(super) fn folded_figures<'a>(
+pub fn folded_figures<'a>(
     report: &mut Report,
     summary: &str,
     figures: impl Iterator<Item = &'a Figure>,
@@ -123,7 +134,7 @@ pub(super) fn folded_figures<'a>(
 }
 
 /// The last section: the command that makes the page again, and its settings, folded away.
-pub(super) fn how_made(
+pub fn how_made(
     report: &mut Report,
     command: &str,
     settings: Option<(&str, String)>,
@@ -166,7 +177,7 @@ pub fn write<'a>(
 }
 
 /// Shares at places along an axis of names, with their 95 % intervals: the intervals, then the points.
-pub(super) fn share_series(name: &str, shares: &[(f64, Share)], color: Color) -> [Series; 2] {
+pub fn share_series(name: &str, shares: &[(f64, Share)], color: Color) -> [Series; 2] {
     let (x, y): (Vec<f64>, Vec<f64>) = shares.iter().map(|(at, s)| (*at, 100.0 * s.share)).unzip();
     let at: Vec<f64> = x.iter().flat_map(|at| [*at, *at, f64::NAN]).collect();
     let ends = shares
@@ -179,13 +190,13 @@ pub(super) fn share_series(name: &str, shares: &[(f64, Share)], color: Color) ->
 }
 
 /// `1 landing`, `2 landings`.
-pub(super) fn count(number: usize, noun: &str) -> String {
+pub fn count(number: usize, noun: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{number} {noun}{plural}")
 }
 
 /// The values in order, and the share of them below each in %: a curve of steps from its first value, with nothing below.
-pub(super) fn shares_below(values: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<f64>) {
+pub fn shares_below(values: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<f64>) {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     let count = values.len() as f64;
@@ -198,31 +209,31 @@ pub(super) fn shares_below(values: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<
 }
 
 /// A number as it stands in text.
-pub(super) fn show(value: f64, decimals: usize) -> String {
+pub fn show(value: f64, decimals: usize) -> String {
     Cell::number(value, decimals).shown().to_string()
 }
 
 /// A number of three decimals, or a dash.
-pub(super) fn maybe(value: Option<f64>) -> String {
+pub fn maybe(value: Option<f64>) -> String {
     show(value.unwrap_or(f64::NAN), 3)
 }
 
 /// `mean / worst`.
-pub(super) fn errors(errors: Option<Errors>) -> Cell {
+pub fn errors(errors: Option<Errors>) -> Cell {
     errors.map_or_else(Cell::missing, |e| {
         Cell::text(format!("{} / {}", show(e.mae, 3), show(e.worst, 2)))
     })
 }
 
 /// `mean ± standard deviation`.
-pub(super) fn spread(summary: Option<Summary>, decimals: usize) -> Cell {
+pub fn spread(summary: Option<Summary>, decimals: usize) -> Cell {
     summary.map_or_else(Cell::missing, |s| {
         Cell::plus_minus(s.mean, s.sd.unwrap_or(f64::NAN), decimals)
     })
 }
 
 /// Half the 95 % interval of the mean.
-pub(super) fn half_interval(summary: Option<Summary>, decimals: usize) -> Cell {
+pub fn half_interval(summary: Option<Summary>, decimals: usize) -> Cell {
     summary
         .and_then(|s| s.ci95)
         .map_or_else(Cell::missing, |[low, high]| {
@@ -231,7 +242,7 @@ pub(super) fn half_interval(summary: Option<Summary>, decimals: usize) -> Cell {
 }
 
 /// Means of `values` over consecutive blocks of `seconds`, and the middles of the blocks.
-pub(super) fn block_means(time_s: &[f64], values: &[f64], seconds: f64) -> [Vec<f64>; 2] {
+pub fn block_means(time_s: &[f64], values: &[f64], seconds: f64) -> [Vec<f64>; 2] {
     let mut means = [Vec::new(), Vec::new()];
     let mut sums = (0.0, 0.0, 0.0);
     let mut block = f64::NAN;
@@ -256,7 +267,7 @@ pub(super) fn block_means(time_s: &[f64], values: &[f64], seconds: f64) -> [Vec<
 }
 
 /// The differences of two columns.
-pub(super) fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
+pub fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 

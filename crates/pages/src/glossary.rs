@@ -7,7 +7,7 @@ const fn term(names: &'static [&'static str], meaning: &'static str) -> Term {
 }
 
 /// All terms. The definitions hold for every page.
-pub(super) const TERMS: &[Term] = &[
+pub(crate) const TERMS: &[Term] = &[
     // Landings.
     term(
         &["T_L"],

@@ -10,13 +10,15 @@ use super::colors::{DECK, ESTIMATED, FEET, FORECAST, REFERENCE, TRUTH, of_contro
 const KNOWN_M: f64 = 0.3;
 
 /// The record of a landing.
-pub(super) struct Track<'a> {
+pub struct Track<'a> {
     rows: &'a [TraceRow],
     time_s: Vec<f64>,
 }
 
 impl<'a> Track<'a> {
-    pub(super) fn of(trace: &'a SpaceTrace) -> Self {
+    /// The panels of a landing.
+    #[must_use]
+    pub fn of(trace: &'a SpaceTrace) -> Self {
         let rows = &trace.rows;
         let time_s = rows.iter().map(|r| r.time_s).collect();
         Self { rows, time_s }
@@ -46,34 +48,42 @@ impl<'a> Track<'a> {
         Series::dashed(name, &self.time_s, &wanted).color(REFERENCE)
     }
 
-    pub(super) fn altitude(&self) -> Panel {
+    /// Altitudes of vehicle and deck.
+    #[must_use]
+    pub fn altitude(&self) -> Panel {
         panel("Altitude (m)")
             .series(self.line("vehicle", TRUTH, |r| r.position_m[2]))
             .series(self.line("deck", DECK, |r| r.deck_m[2]))
     }
 
-    pub(super) fn height(&self) -> Panel {
+    /// Height above the deck.
+    #[must_use]
+    pub fn height(&self) -> Panel {
         panel("Height z (m)")
             .series(self.line("true", TRUTH, |r| r.relative_m[2]))
             .series(self.estimate("estimated", |r| r.estimated_m[2]))
             .series(self.target("reference", 0))
     }
 
-    pub(super) fn velocity(&self) -> Panel {
+    /// Vertical velocities.
+    #[must_use]
+    pub fn velocity(&self) -> Panel {
         panel("Velocity v (m/s)")
             .series(self.line("", TRUTH, |r| r.relative_mps[2]))
             .series(self.estimate("", |r| r.estimated_mps[2]))
             .series(self.target("", 1))
     }
 
-    pub(super) fn lateral(&self) -> Panel {
+    /// Distance from the deck's centre.
+    #[must_use]
+    pub fn lateral(&self) -> Panel {
         panel("Forward, port (m)")
             .series(self.line("forward", Color::Cycle(2), |r| r.relative_m[0]))
             .series(self.line("port", Color::Cycle(3), |r| r.relative_m[1]))
     }
 
     /// The deck's heave. The computer reports zero until it has found a harmonic; those rows are omitted.
-    pub(super) fn deck(&self) -> Panel {
+    pub fn deck(&self) -> Panel {
         let known = |value: f64| if value == 0.0 { f64::NAN } else { value };
         panel("Deck's heave (m/s)")
             .series(self.line("true heave", DECK, |r| r.deck_mps[2]))
@@ -83,7 +93,7 @@ impl<'a> Track<'a> {
     }
 
     /// The forecast of the deck's heave, at the time that it is for, with a band of two standard deviations.
-    pub(super) fn forecast(&self) -> [Series; 2] {
+    pub fn forecast(&self) -> [Series; 2] {
         let end = self.time_s.last().copied().unwrap_or(0.0);
         let shown = |r: &&TraceRow| r.time_s + TraceRow::FORECAST_S <= end;
         let rows: Vec<&TraceRow> = self.rows.iter().filter(shown).collect();
@@ -105,7 +115,7 @@ impl<'a> Track<'a> {
     }
 
     /// The ground-effect force and what the controller feeds forward for it.
-    pub(super) fn ground_effect(&self) -> Panel {
+    pub fn ground_effect(&self) -> Panel {
         let model = of_controller("dynamic").unwrap_or(Color::GREY);
         panel("Ground effect (N)")
             .series(self.line("true force", TRUTH, |r| r.ground_effect_n))
@@ -113,7 +123,7 @@ impl<'a> Track<'a> {
     }
 
     /// The force of the feet, which is many times the ground effect, so it has a scale of its own.
-    pub(super) fn feet(&self) -> Panel {
+    pub fn feet(&self) -> Panel {
         panel("Feet (N)")
             .height_weight(0.6)
             .series(self.line("", FEET, |r| r.feet_n.iter().sum()))

@@ -4,7 +4,7 @@ use serde_json::Value;
 use touchdown_campaign::scene::{Motion, Scene};
 use touchdown_sim::landing::space::{SpaceScenario, SpaceTrace};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Every second step of the landing computer: 50 pictures a second are smooth, and 20 s of them take 60 kB.
 const EVERY: usize = 2;
@@ -12,17 +12,16 @@ const EVERY: usize = 2;
 const LONGEST_S: f64 = 20.0;
 
 /// When landings that are watched together begin (s).
-pub(super) fn start_s<'a>(traces: impl IntoIterator<Item = &'a SpaceTrace>) -> f64 {
+pub fn start_s<'a>(traces: impl IntoIterator<Item = &'a SpaceTrace>) -> f64 {
     let ends = traces.into_iter().filter_map(|trace| trace.rows.last());
     let end_s = ends.map(|row| row.time_s).fold(0.0, f64::max);
     (end_s - LONGEST_S).max(0.0)
 }
 
 /// A landing as the page's player reads it.
-pub(super) fn watch(scenario: &SpaceScenario, trace: &SpaceTrace, from_s: f64) -> Result<Value> {
-    let bad = |e: serde_json::Error| Error::Arguments(format!("the record of a landing: {e}"));
-    let mut landing = serde_json::to_value(Scene::of(scenario)).map_err(bad)?;
-    let frames = serde_json::to_value(Motion::of(trace, EVERY, from_s)).map_err(bad)?;
+pub fn watch(scenario: &SpaceScenario, trace: &SpaceTrace, from_s: f64) -> Result<Value> {
+    let mut landing = serde_json::to_value(Scene::of(scenario))?;
+    let frames = serde_json::to_value(Motion::of(trace, EVERY, from_s))?;
     landing["frames"] = frames;
     Ok(landing)
 }

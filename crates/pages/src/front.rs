@@ -8,7 +8,7 @@ use super::colors::{HELD_OUT, OWN_TERMS, TRAINING};
 use super::page::show;
 
 /// The best subset of every size: terms and errors.
-pub(super) fn table(caption: &str, front: &Front) -> Table {
+pub fn table(caption: &str, front: &Front) -> Table {
     let free_run = front.sizes.iter().any(|s| s.free_run_rmse_n.is_some());
     let mut table = Table::new(caption)
         .number_column("Terms", "")
@@ -80,7 +80,7 @@ fn kept(front: &Front, size: &Size) -> String {
 }
 
 /// Error over the number of terms: on the data of the fit and on held-out trials; below, in free run.
-pub(super) fn figure(id: &str, title: &str, front: &Front) -> Figure {
+pub fn figure(id: &str, title: &str, front: &Front) -> Figure {
     let terms: Vec<f64> = (0..front.sizes.len()).map(|k| k as f64).collect();
     let of = |pick: fn(&Size) -> Option<f64>| -> Vec<f64> {
         let sizes = front.sizes.iter();
@@ -139,7 +139,7 @@ pub(super) fn figure(id: &str, title: &str, front: &Front) -> Figure {
 }
 
 /// What the front shows, in sentences that follow from its figures.
-pub(super) fn words(front: &Front) -> String {
+pub fn words(front: &Front) -> String {
     let all = front.sizes.len() - 1;
     let of_all = front.sizes[all].training_rmse / front.sizes[0].training_rmse;
     format!(
@@ -231,7 +231,7 @@ fn title(model: &str) -> &'static str {
 }
 
 /// All levels, a row a model, for one or more data sets.
-pub(super) fn levels(caption: &str, sets: &[(&str, &[Level])]) -> Table {
+pub fn levels(caption: &str, sets: &[(&str, &[Level])]) -> Table {
     let mut table = Table::new(caption)
         .text_column("Level")
         .text_column("Model");
