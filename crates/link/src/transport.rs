@@ -274,10 +274,10 @@ mod tests {
             link_id: 1,
             start: 1_000_000,
         };
-        let mut peers = Peers::new(Some(signing("ours")));
+        let mut peers = Peers::new(Some(signing("our passphrase")));
         let now = Duration::ZERO;
         peers.heard(port(1), &frame(&mut Encoder::new(7, 1)), now);
-        for (number, text) in [(2, "theirs"), (3, "ours")] {
+        for (number, text) in [(2, "their passphrase"), (3, "our passphrase")] {
             let mut encoder = Encoder::new(7, 1).signed(Some(Signer::new(signing(text))));
             peers.heard(port(number), &frame(&mut encoder), now);
         }

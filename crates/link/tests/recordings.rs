@@ -164,7 +164,7 @@ fn record(path: &Path, conversation: &Recording) {
 }
 
 #[test]
-fn regress_real_conversations_until_shortly_before_the_touch_are_replayed_bit_for_bit() {
+fn regress_real_conversations_until_control_is_given_back_are_replayed_bit_for_bit() {
     // Checklist, switch and as many setpoints of a landing at 100 Hz as the two flights have in common.
     for (name, least) in [("px4-1.17", 100), ("ardupilot-4.7", 250)] {
         let path = recording(&format!("{name}-flight.mcap"));

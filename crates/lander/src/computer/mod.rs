@@ -59,6 +59,8 @@ mod seek;
 mod sightings;
 mod step;
 mod support;
+#[cfg(test)]
+mod tests;
 mod weather;
 
 pub use feet::Feet;

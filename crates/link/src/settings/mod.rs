@@ -164,7 +164,7 @@ impl Default for DeckSettings {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SigningSettings {
-    /// File with the key: 64 hexadecimal digits, or a passphrase. Relative to the settings file. Without it nothing is signed.
+    /// File with the key: 64 hexadecimal digits, or a passphrase of at least 8 letters. Relative to the settings file. Without it nothing is signed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub key_file: Option<PathBuf>,
     /// Id of this link.

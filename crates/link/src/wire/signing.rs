@@ -37,18 +37,25 @@ impl SigningKey {
         Self(bytes)
     }
 
+    /// Who hears one signed message can try all shorter passphrases of letters and digits in about an hour.
+    pub const SHORTEST_PASSPHRASE: usize = 8;
+
     /// The key of a file's text: 64 hexadecimal digits, or else a passphrase whose SHA-256 is the key, as in QGroundControl
     /// and MAVProxy. Surrounding white space does not count.
     ///
     /// # Errors
-    /// No text, or 32 and more hexadecimal digits that are not 64: a key that was cut, not a passphrase.
+    /// Fewer letters than [`Self::SHORTEST_PASSPHRASE`], or 32 and more hexadecimal digits that are not 64: a key that was
+    /// cut, not a passphrase.
     pub fn from_text(text: &str) -> Result<Self, String> {
         let text = text.trim();
         let digits_only = text.bytes().all(|byte| byte.is_ascii_hexdigit());
-        if text.is_empty() || (digits_only && text.len() >= 32 && text.len() != 64) {
+        let letters = text.chars().count();
+        let cut = digits_only && letters >= 32 && letters != 64;
+        if letters < Self::SHORTEST_PASSPHRASE || cut {
+            let what = if cut { "hexadecimal digits" } else { "letters" };
             return Err(format!(
-                "expected 64 hexadecimal digits or a passphrase, found {} hexadecimal digits",
-                text.len()
+                "expected 64 hexadecimal digits or a passphrase of at least {} letters, found {letters} {what}",
+                Self::SHORTEST_PASSPHRASE
             ));
         }
         let digits: Option<Vec<u8>> = (text.len() == 64 && text.is_ascii())

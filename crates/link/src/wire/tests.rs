@@ -153,11 +153,14 @@ fn prop_keys_are_digits_or_passphrases() {
     let key = |text: &str| SigningKey::from_text(text);
     let digits = "01".repeat(32);
     assert_eq!(key(&format!(" {digits}\n")), Ok(SigningKey::new([1; 32])));
-    let secret = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b";
-    assert_eq!(key("secret"), key(secret), "SHA-256 of its bytes");
-    assert_ne!(key("secret"), key("Secret"));
-    assert_eq!(format!("{:?}", key("secret").unwrap()), "SigningKey(..)");
-    for cut in ["", " \n", &digits[1..], &digits[..32]] {
+    let secret = "ad8b12f33394b918e4e9d9e20ec852016fe0aba13c2a949d5e5fb898defdf2b1";
+    assert_eq!(key("secret phrase"), key(secret), "SHA-256 of its bytes");
+    assert_ne!(key("secret phrase"), key("Secret phrase"));
+    assert_eq!(
+        format!("{:?}", key("secret phrase").unwrap()),
+        "SigningKey(..)"
+    );
+    for cut in ["", " \n", "abc", " seven77 ", &digits[1..], &digits[..32]] {
         assert!(key(cut).is_err(), "{cut}");
     }
 }

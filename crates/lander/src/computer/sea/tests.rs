@@ -1,32 +1,19 @@
 //! What a rough sea changes, against hand-computed figures.
 
 use touchdown_flight::Vector;
-use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::reference::ReferencePoint;
 
 use super::Sea;
-use crate::computer::{Computer, ComputerState};
-use crate::models::FlightModels;
-use crate::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
+use crate::computer::Computer;
+use crate::computer::tests::{DT, State, computer};
 use crate::space_controller::{Motion, Target};
 
-const DT: f64 = 0.01;
 /// Sums of some hundred roundings.
 const ROUNDING: f64 = 1e-12;
 
-type State = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
-
 /// A computer and its state in a sea whose deck has moved at a speed.
 fn in_a_sea(rough_mps: f64) -> (Computer<f64>, State) {
-    let computer = ControlSettings::default()
-        .computer(
-            &FlightModels::default(),
-            &VehicleNumbers::default(),
-            &SensorNumbers::default(),
-            &LoopTiming::default(),
-            0.8,
-        )
-        .unwrap();
+    let computer = computer();
     let mut state: State = computer.initial(0.5);
     state.sea = Sea {
         rough_mps,

@@ -2,29 +2,11 @@
 
 use touchdown_flight::{Attitude, Vector};
 
-use crate::computer::{Computer, ComputerState, NormalReading, Sensed};
+use crate::computer::tests::{DT, State, computer};
+use crate::computer::{Computer, NormalReading, Sensed};
 use crate::estimate::deck::{DeckEstimator, DeckEstimatorState, DeckMotionPrediction, Harmonic};
 use crate::estimate::relative::{ImuSample, Reading, RelativeEstimate, TagReading};
-use crate::models::FlightModels;
-use crate::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
 use crate::state_machine::OperatorRequest;
-use touchdown_flight::ground_effect::{GroundEffect, Guarded};
-
-const DT: f64 = 0.01;
-
-type State = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
-
-fn computer() -> Computer<f64> {
-    ControlSettings::default()
-        .computer(
-            &FlightModels::default(),
-            &VehicleNumbers::default(),
-            &SensorNumbers::default(),
-            &LoopTiming::default(),
-            0.8,
-        )
-        .unwrap()
-}
 
 /// A hovering vehicle's inertial unit, and the deck's normal where it is seen.
 fn sensed(normal: Option<Vector<f64>>) -> Sensed<'static, f64> {
