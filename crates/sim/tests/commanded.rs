@@ -1,6 +1,6 @@
 //! Landings that are commanded from outside.
 
-use touchdown_sim::landing::space::{Batch, Case, Commanded, LaneEnd, SpaceOutcome};
+use touchdown_sim::landing::space::{Batch, Case, CommandKind, Commanded, LaneEnd, SpaceOutcome};
 
 /// Descends upright at a sink rate, by a proportional law on the velocity relative to the deck.
 fn commands(commanded: &Commanded, sink_mps: f64) -> Vec<f64> {
@@ -15,15 +15,22 @@ fn commands(commanded: &Commanded, sink_mps: f64) -> Vec<f64> {
             let (pitch, roll) = (lean(x, u), -lean(y, v));
             // Enough to sink through a ground effect of a tenth of the weight.
             let thrust_n = weight_n * (1.0 - (w + sink_mps)).max(0.5);
-            [thrust_n, 1.0, 0.5 * roll, 0.5 * pitch, 0.0]
+            match commanded.kind() {
+                CommandKind::Attitude => vec![thrust_n, 1.0, 0.5 * roll, 0.5 * pitch, 0.0],
+                // Towards that attitude in a fifth of a second.
+                CommandKind::Rates => {
+                    let turn = |wanted: f64, k: usize| 5.0 * (wanted - 2.0 * row[9 + k]);
+                    vec![thrust_n, turn(roll, 1), turn(pitch, 2), 0.0]
+                }
+            }
         })
         .collect()
 }
 
 /// Flies trial after trial at every place until so many have ended.
-fn ends(case: Case, places: usize, ended: usize) -> Vec<LaneEnd> {
+fn ends(kind: CommandKind, case: Case, places: usize, ended: usize) -> Vec<LaneEnd> {
     let batch = Batch::new(&case.scenario()).expect("a valid scenario");
-    let mut commanded = Commanded::new(batch, places, 0.02).expect("valid settings");
+    let mut commanded = Commanded::new(batch, kind, places, 0.02).expect("valid settings");
     let mut next = vec![0_u64; places];
     for place in 0..places {
         commanded
@@ -45,9 +52,8 @@ fn ends(case: Case, places: usize, ended: usize) -> Vec<LaneEnd> {
     all
 }
 
-#[test]
-fn prop_a_descent_by_hand_lands_and_repeats_to_the_bit() {
-    let whole = ends(Case::Paper, 11, 33);
+fn lands_and_repeats(kind: CommandKind) {
+    let whole = ends(kind, Case::Paper, 11, 33);
     let landed = whole.iter().filter(|e| e.landing.outcome.landed()).count();
     // The law has no integral: it sinks at 0.25 m/s less what the ground effect lifts. 0.6 m/s is a crash.
     assert!(landed >= 30, "{landed} of {}", whole.len());
@@ -57,10 +63,18 @@ fn prop_a_descent_by_hand_lands_and_repeats_to_the_bit() {
         // Legs of 0.1 m carry it: the state at the end is that of a vehicle at rest on its deck.
         assert!((end.state[2] - 0.1).abs() < 0.05, "{:?}", end.state);
     }
-    assert_eq!(ends(Case::Paper, 11, 33), whole);
+    assert_eq!(ends(kind, Case::Paper, 11, 33), whole);
+}
+
+#[test]
+fn prop_a_descent_by_hand_lands_and_repeats_to_the_bit() {
+    for kind in [CommandKind::Attitude, CommandKind::Rates] {
+        lands_and_repeats(kind);
+    }
     // What begins after a clearing begins as in a new value.
     let batch = Batch::new(&Case::Sea.scenario()).expect("a valid scenario");
-    let mut commanded = Commanded::new(batch, 3, 0.02).expect("valid settings");
+    let mut commanded =
+        Commanded::new(batch, CommandKind::Attitude, 3, 0.02).expect("valid settings");
     let mut fly = || {
         commanded.clear();
         (0..3).for_each(|place| commanded.begin(place, 2, 9).expect("a checked scenario"));
@@ -79,11 +93,50 @@ fn prop_a_descent_by_hand_lands_and_repeats_to_the_bit() {
 #[test]
 fn prop_a_landing_does_not_depend_on_its_company() {
     // First landings begin at a knot: the same in one lane as beside ten others.
-    let mut beside = ends(Case::Sea, 11, 11);
-    beside.retain(|end| end.landing.trial_index == 0);
-    let alone = ends(Case::Sea, 1, 1);
-    assert_eq!(beside.len(), 1, "the trial of place 0 ends among the first");
-    assert_eq!(beside, alone);
+    for kind in [CommandKind::Attitude, CommandKind::Rates] {
+        let mut beside = ends(kind, Case::Sea, 11, 11);
+        beside.retain(|end| end.landing.trial_index == 0);
+        let alone = ends(kind, Case::Sea, 1, 1);
+        assert_eq!(beside.len(), 1, "the trial of place 0 ends among the first");
+        assert_eq!(beside, alone);
+    }
+}
+
+#[test]
+fn analytic_the_vehicle_turns_at_the_rates_that_are_asked_for_within_limits() {
+    let batch = Batch::new(&Case::Still.scenario()).expect("a valid scenario");
+    let mut commanded = Commanded::new(batch, CommandKind::Rates, 2, 0.1).expect("valid settings");
+    for place in 0..2 {
+        commanded.begin(place, 7, 1).expect("a checked scenario");
+    }
+    let weight_n = commanded.weight_n();
+    let mut seen = vec![0.0; 2 * Commanded::OBSERVATION];
+    let mut turn = |rates: [f64; 3], decisions: usize| {
+        let [p, q, r] = rates;
+        for _ in 0..decisions {
+            assert!(
+                commanded
+                    .fly(&[weight_n, p, q, r, weight_n, -p, -q, -r])
+                    .is_empty()
+            );
+        }
+        commanded.observe(&mut seen);
+        [13, 14, 15].map(|k| (seen[k], seen[Commanded::OBSERVATION + k]))
+    };
+    // Rate loops of PX4's speed: within 10 % after 0.3 s, yaw within 25 %.
+    for (k, (there, back)) in turn([0.5, -0.3, 0.2], 3).into_iter().enumerate() {
+        let wanted = [0.5, -0.3, 0.2][k];
+        let share = [0.1, 0.1, 0.25][k];
+        for (rate, wanted) in [(there, wanted), (back, -wanted)] {
+            assert!(
+                (rate - wanted).abs() < share * 0.5,
+                "{k}: {rate} for {wanted}"
+            );
+        }
+    }
+    // The limit of 3.84 rad/s; the loop swings over it by less than a fifth.
+    let [(roll, _), ..] = turn([30.0, 0.0, 0.0], 2);
+    assert!((3.0..4.6).contains(&roll), "{roll}");
 }
 
 #[test]
@@ -91,7 +144,8 @@ fn prop_no_thrust_is_a_crash_and_hovering_times_out() {
     let mut scenario = Case::Still.scenario();
     scenario.timeout_s = 1.0;
     let batch = Batch::new(&scenario).expect("a valid scenario");
-    let mut commanded = Commanded::new(batch, 2, 0.1).expect("valid settings");
+    let mut commanded =
+        Commanded::new(batch, CommandKind::Attitude, 2, 0.1).expect("valid settings");
     for place in 0..2 {
         commanded.begin(place, 7, 1).expect("a checked scenario");
     }
@@ -119,7 +173,7 @@ fn prop_bad_settings_are_named() {
         (f64::NAN, 1, "decision_s"),
         (0.02, 0, "places"),
     ] {
-        let error = Commanded::new(batch.clone(), places, decision_s)
+        let error = Commanded::new(batch.clone(), CommandKind::Rates, places, decision_s)
             .unwrap_err()
             .to_string();
         assert!(error.contains(key), "{error}");

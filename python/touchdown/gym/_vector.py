@@ -97,13 +97,16 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
     scenario : mapping, optional
         Keys of ``[scenario]`` in a sweep over it: deck, wind, turbulence, spread of vehicles and starts, delays, time limits.
     action : str
-        ``attitude``: thrust, roll and pitch; ``thrust``: thrust alone, upright. Each in [-1, 1].
+        ``attitude``: thrust, roll and pitch; ``rates``: thrust, and rates about the body's x, y and z; ``thrust``: thrust alone,
+        upright. Each in [-1, 1].
     decision_s : float
         Time between two decisions, a multiple of 0.02 s.
     thrust_range : float
         Thrust is weight (1 + `thrust_range` a).
     tilt_rad : float
         Roll and pitch at an action of 1.
+    rate_radps : float
+        Rates at an action of 1. The rate control follows up to 3.84 rad/s (yaw 3.49).
     reward : Reward, optional
         What a decision is worth.
     noise_sd : float or sequence
@@ -127,12 +130,13 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         decision_s: float = 0.02,
         thrust_range: float = 0.5,
         tilt_rad: float = 0.25,
+        rate_radps: float = 2.0,
         reward: Reward | None = None,
         noise_sd: float | Any = 0.0,
         autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        sizes = {"attitude": 3, "thrust": 1}
+        sizes = {"attitude": 3, "rates": 4, "thrust": 1}
         if action not in sizes:
             raise fault("action", f"one of {', '.join(sizes)}", action)
         if render_mode is not None:
@@ -141,8 +145,10 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
             raise fault("thrust_range", "a number above 0, at most 1", thrust_range)
         if not 0.0 < tilt_rad <= 1.0:
             raise fault("tilt_rad", "a number above 0, at most 1", tilt_rad)
+        if not 0.0 < rate_radps <= 10.0:
+            raise fault("rate_radps", "a number above 0, at most 10", rate_radps)
         keys = None if scenario is None else json.dumps(dict(scenario))
-        self._native = _native.Commanded(deck, keys, num_envs, decision_s)
+        self._native = _native.Commanded(deck, keys, action == "rates", num_envs, decision_s)
         self.num_envs = num_envs
         self._size = sizes[action]
         self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode(autoreset_mode)}
@@ -154,15 +160,17 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         self.decision_s = decision_s
         self.steps_per_decision = self._native.steps
         self._weight_n = self._native.weight_n
-        self._range, self._tilt_rad = thrust_range, tilt_rad
+        self._range, self._tilt_rad, self._rate_radps = thrust_range, tilt_rad, rate_radps
         self._noise_sd = np.broadcast_to(np.asarray(noise_sd, dtype=float), (len(OBSERVATION),))
         self._noisy = bool(np.any(self._noise_sd != 0.0))
         self._seed = 0
         self._trials = np.arange(num_envs)
         self._waiting = np.zeros(num_envs, dtype=bool)
         self._distance_m = np.zeros(num_envs)
-        self._commands = np.zeros((num_envs, 5))
-        self._commands[:, 1] = 1.0
+        self._rates = action == "rates"
+        self._commands = np.zeros((num_envs, 4 if self._rates else 5))
+        if not self._rates:
+            self._commands[:, 1] = 1.0
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -205,9 +213,11 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         return truth.astype(np.float32)
 
     def _command(self, actions: Array) -> Array:
-        """Thrust and attitude; the product of a roll and a pitch."""
+        """Thrust, and rates or attitude; that is the product of a roll and a pitch."""
         self._commands[:, 0] = self._weight_n * (1.0 + self._range * actions[:, 0])
-        if actions.shape[1] == 3:
+        if self._rates:
+            self._commands[:, 1:] = self._rate_radps * actions[:, 1:]
+        elif actions.shape[1] == 3:
             half = 0.5 * self._tilt_rad * actions[:, 1:]
             sine, cosine = np.sin(half), np.cos(half)
             self._commands[:, 1] = cosine[:, 0] * cosine[:, 1]

@@ -11,6 +11,8 @@ pub(crate) struct Setpoint<N> {
     pub(crate) thrust_n: N,
     pub(crate) attitude: [N; 4],
     pub(crate) yaw_rate: N,
+    /// Rates about body axes in the place of the attitude, rad/s.
+    pub(crate) body_rates: Option<[N; 3]>,
 }
 
 /// What the control remembers from step to step.
@@ -96,10 +98,18 @@ fn choose4<N: Number>(truth: N::Truth, yes: [N; 4], no: [N; 4]) -> [N; 4] {
 }
 
 impl Cascade {
-    /// Rates that turn the attitude `q` towards the setpoint, rad/s in body axes.
+    /// Rates that turn the attitude `q` towards the setpoint, or those that are asked for; within limits, rad/s in body axes.
     #[inline(always)]
     pub(super) fn rates_for<N: Number>(&self, q: [N; 4], wanted: &Setpoint<N>) -> [N; 3] {
         let s = &self.settings;
+        let limits = [
+            s.greatest_tilt_rate,
+            s.greatest_tilt_rate,
+            s.greatest_yaw_rate,
+        ];
+        if let Some(rates) = wanted.body_rates {
+            return [0, 1, 2].map(|k| rates[k].within(-limits[k], limits[k]));
+        }
         let yaw_rate = wanted.yaw_rate;
         let wanted = self.within_tilt(normalised(wanted.attitude));
         let zero = yaw_rate.splat(0.0);
@@ -121,11 +131,6 @@ impl Cascade {
         // As PX4: the yaw gain is raised by the weight's inverse.
         let yaw_gain = s.yaw_gain_per_s / s.yaw_weight.max(0.1);
         let gains = [s.tilt_gain_per_s, s.tilt_gain_per_s, yaw_gain];
-        let limits = [
-            s.greatest_tilt_rate,
-            s.greatest_tilt_rate,
-            s.greatest_yaw_rate,
-        ];
         let mut rates = [zero; 3];
         for k in 0..3 {
             let rate = sign * gains[k] * error[k + 1] + axes[k][2] * yaw_rate;

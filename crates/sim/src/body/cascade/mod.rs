@@ -293,6 +293,7 @@ impl AttitudeSetpoint {
             thrust_n: self.thrust_n,
             attitude: self.attitude,
             yaw_rate: self.yaw_rate,
+            body_rates: None,
         }
     }
 

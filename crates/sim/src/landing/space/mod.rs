@@ -48,7 +48,7 @@ mod trial;
 
 pub use crate::sensors::RangeRow;
 pub use airspeed::{Airspeeds, THRUST_SHARE};
-pub use batch::{Batch, Commanded, LaneEnd};
+pub use batch::{Batch, CommandKind, Commanded, LaneEnd};
 pub use belief::{BelievedSettings, TruthSettings, thrust_to_weight};
 pub use case::Case;
 pub use faults::{

@@ -1,7 +1,7 @@
 //! Landings in SIMD lanes that follow commands from outside, decision by decision: what an environment for learning steps.
 //!
 //! ```text
-//! outside: thrust and attitude (every few 20 ms) ─> delay ─> cascade (500 Hz) ─> vehicles (1 kHz) ─> truth ─> outside
+//! outside: thrust, and attitude or rates (every few 20 ms) ─> delay ─> cascade (500 Hz) ─> vehicles (1 kHz) ─> truth ─> outside
 //! ```
 //!
 //! Plant, cascade, delay of the command, deck, air, touch and judgement are those of [`Batch`]; only its controller is
@@ -19,10 +19,28 @@ use crate::error::SimError;
 use crate::landing::space::outcome::SpaceLanding;
 use crate::number::lanes::Lanes;
 
-/// Numbers of a command: thrust (N), and attitude w, x, y, z.
-pub(super) const COMMAND: usize = 5;
 /// Numbers of an observation.
 pub(super) const OBSERVATION: usize = 19;
+
+/// What a command asks for beside thrust (N).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommandKind {
+    /// Attitude w, x, y, z, of unit length.
+    Attitude,
+    /// Rates about body axes, rad/s.
+    Rates,
+}
+
+impl CommandKind {
+    /// Numbers of a command.
+    #[must_use]
+    pub fn numbers(self) -> usize {
+        match self {
+            Self::Attitude => 5,
+            Self::Rates => 4,
+        }
+    }
+}
 
 /// A landing that has ended in its lane.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +68,7 @@ pub struct Commanded {
     lanes: usize,
     places: usize,
     steps: u64,
+    kind: CommandKind,
 }
 
 impl std::fmt::Debug for Commanded {
@@ -72,8 +91,6 @@ trait Group: Send {
 }
 
 impl Commanded {
-    /// Numbers of a command: thrust (N), and attitude w, x, y, z, of unit length.
-    pub const COMMAND: usize = COMMAND;
     /// Numbers of an observation, in world axes: place (m) and velocity (m/s) relative to the deck's centre, velocity (m/s),
     /// attitude w, x, y, z, rates about body axes (rad/s), the deck's normal.
     pub const OBSERVATION: usize = OBSERVATION;
@@ -82,7 +99,12 @@ impl Commanded {
     ///
     /// # Errors
     /// A decision time that is no multiple of 20 ms, for which the air is drawn, or no place.
-    pub fn new(batch: Batch, places: usize, decision_s: f64) -> Result<Self, SimError> {
+    pub fn new(
+        batch: Batch,
+        kind: CommandKind,
+        places: usize,
+        decision_s: f64,
+    ) -> Result<Self, SimError> {
         let steps = (decision_s / crate::STEP_S).round();
         check::that(
             (1.0..=1e6).contains(&steps)
@@ -99,6 +121,7 @@ impl Commanded {
             lanes: 1,
             places,
             steps: steps as u64,
+            kind,
         };
         commanded.clear();
         Ok(commanded)
@@ -109,10 +132,16 @@ impl Commanded {
     pub fn clear(&mut self) {
         self.groups.clear();
         while self.groups.len() * self.lanes < self.places {
-            let (group, lanes) = Arch::new().dispatch(Make(&self.batch));
+            let (group, lanes) = Arch::new().dispatch(Make(&self.batch, self.kind));
             self.lanes = lanes;
             self.groups.push(group);
         }
+    }
+
+    /// What commands ask for.
+    #[must_use]
+    pub fn kind(&self) -> CommandKind {
+        self.kind
     }
 
     /// Places.
@@ -145,14 +174,15 @@ impl Commanded {
         self.groups[group].begin(&self.batch, lane, trial, seed)
     }
 
-    /// Flies up to the next decision. `commands` holds [`Self::COMMAND`] numbers for each place; those of empty places and of
+    /// Flies up to the next decision. `commands` holds [`CommandKind::numbers`] for each place; those of empty places and of
     /// vehicles whose rotors have stopped are passed over. A command that is not finite keeps the one before it.
     ///
     /// # Panics
     /// With fewer commands than places.
     pub fn fly(&mut self, commands: &[f64]) -> Vec<LaneEnd> {
-        assert!(commands.len() >= self.places * COMMAND, "too few commands");
-        let share = self.lanes * COMMAND;
+        let numbers = self.kind.numbers();
+        assert!(commands.len() >= self.places * numbers, "too few commands");
+        let share = self.lanes * numbers;
         let mut ends = Vec::new();
         for (k, group) in self.groups.iter_mut().enumerate() {
             let last = commands.len().min((k + 1) * share);
@@ -182,14 +212,17 @@ impl Commanded {
 }
 
 /// Makes a group of as many lanes as the processor has.
-struct Make<'a>(&'a Batch);
+struct Make<'a>(&'a Batch, CommandKind);
 
 impl WithSimd for Make<'_> {
     type Output = (Box<dyn Group>, usize);
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let engine = Engine::new(self.0, 0..0, 0, Lanes::splat(simd, 0.0));
+        let mut engine = Engine::new(self.0, 0..0, 0, Lanes::splat(simd, 0.0));
+        if self.1 == CommandKind::Rates {
+            engine.follow_rates();
+        }
         (Box::new(Side { simd, engine }), S::F64_LANES)
     }
 }
@@ -243,12 +276,21 @@ pub(super) fn with_commands<N: crate::number::Number>(
     mut wanted: Setpoint<N>,
     commands: &[f64],
 ) -> Setpoint<N> {
-    for (lane, command) in commands.chunks_exact(COMMAND).enumerate() {
-        if command.iter().all(|value| value.is_finite()) {
-            wanted.thrust_n = wanted.thrust_n.with(lane, command[0].max(0.0));
-            for k in 0..4 {
-                wanted.attitude[k] = wanted.attitude[k].with(lane, command[1 + k]);
-            }
+    let kind = match wanted.body_rates {
+        None => CommandKind::Attitude,
+        Some(_) => CommandKind::Rates,
+    };
+    for (lane, command) in commands.chunks_exact(kind.numbers()).enumerate() {
+        if !command.iter().all(|value| value.is_finite()) {
+            continue;
+        }
+        wanted.thrust_n = wanted.thrust_n.with(lane, command[0].max(0.0));
+        let turn: &mut [N] = match &mut wanted.body_rates {
+            None => &mut wanted.attitude,
+            Some(rates) => rates,
+        };
+        for (to, value) in turn.iter_mut().zip(&command[1..]) {
+            *to = to.with(lane, *value);
         }
     }
     wanted

@@ -103,6 +103,9 @@ pub(super) fn ask_for<N: Number>(
     for k in 0..4 {
         wanted.attitude[k] = wanted.attitude[k].with(lane, setpoint.attitude[k]);
     }
+    for rate in wanted.body_rates.iter_mut().flatten() {
+        *rate = rate.with(lane, 0.0);
+    }
 }
 
 pub(super) fn state_of<N: Number>(state: &MotionState<N>, lane: usize) -> RigidState {

@@ -113,6 +113,7 @@ impl<N: Number> Engine<N> {
                 thrust_n: zero,
                 attitude: [one, zero, zero, zero],
                 yaw_rate: zero,
+                body_rates: None,
             },
             coming: VecDeque::new(),
             memory: CascadeMemory::none(zero),

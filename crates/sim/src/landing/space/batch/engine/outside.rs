@@ -15,6 +15,11 @@ impl<N: Number> Engine<N> {
         self.step
     }
 
+    /// What comes are rates about body axes, none yet.
+    pub(in super::super) fn follow_rates(&mut self) {
+        self.wanted.body_rates = Some([self.wanted.yaw_rate; 3].map(|rate| rate.splat(0.0)));
+    }
+
     /// A lane takes a flight at once, wherever the others are between two knots.
     pub(in super::super) fn begin(&mut self, lane: usize, mut departure: Departure) {
         let within = self.step % KNOT_STEPS;
