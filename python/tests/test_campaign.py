@@ -61,6 +61,10 @@ def test_xval_the_bytes_are_those_of_the_command(whole: Path, tmp_path: Path) ->
     own = files(whole)
     assert sorted(own) == sorted(name for name in by if not name.startswith(("figures", "report")))
     assert all(by[name] == content for name, content in own.items())
+    shutil.copytree(whole, tmp_path / "copy")
+    report = td.Campaign.read(tmp_path / "copy").report()
+    assert report == str(tmp_path / "copy" / "report.html")
+    assert files(tmp_path / "copy") == by
     status = subprocess.run([command, "campaign", "status", str(whole), "--json"], check=True, capture_output=True)
     assert json.loads(status.stdout) == td.campaign_status(whole)
 

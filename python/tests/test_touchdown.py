@@ -112,6 +112,25 @@ def test_prop_the_commands_card(tmp_path: Path) -> None:
     assert ours.terms == theirs.terms and ours.to_dict()["validity"] == theirs.to_dict()["validity"]
 
 
+def test_prop_the_commands_report(tmp_path: Path) -> None:
+    stand(seed=4, seconds=20.0).to_pandas().to_csv(tmp_path / "stand.csv", index=False, float_format="%.17g")
+    command("identify", "thrust", "stand.csv", "--rotors", "1", "--out", "results", cwd=tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", td.SindyWarning)
+        settings = {"vehicle": {"measured_rotors": 1}}
+        card = td.identify.thrust(td.read(tmp_path / "stand.csv"), settings=settings, report=tmp_path / "ours.html")
+
+    def shown(file: str) -> str:
+        page = (tmp_path / file).read_text()
+        return page[page.index("<body") : page.index("How to redo this</h2>")]
+
+    # A table knows the file, a trial its name; a card of the command in a folder is called after its log.
+    theirs = shown("results/report.html").replace("stand.csv", "stand")
+    assert shown("ours.html").replace(card.name, "stand") == theirs
+    with pytest.raises(OSError, match="no-folder"):
+        td.identify.thrust(td.read(tmp_path / "stand.csv"), settings=settings, report=tmp_path / "no-folder/ours.html")
+
+
 def command(*arguments: object, cwd: Path) -> None:
     """Runs the command, if there is one."""
     program = os.environ.get("TOUCHDOWN_COMMAND", "")

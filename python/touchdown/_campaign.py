@@ -36,6 +36,11 @@ class Campaign(Landings):
         at = os.fspath(folder)
         return cls(_native.campaign_read(at, threads(n_jobs)), at)
 
+    def report(self, n_jobs: int | None = None) -> str:
+        """Writes ``report.html`` and ``figures/`` into `folder`, as the command does; the report's path."""
+        _native.campaign_report(self.folder, threads(n_jobs))
+        return os.path.join(self.folder, "report.html")
+
     def __repr__(self) -> str:
         return f"Campaign({len(self._native)} landings, {int(self.landed.sum())} landed)"
 

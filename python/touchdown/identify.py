@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from collections.abc import Iterable
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 from sindy import SindyWarning, _native
 
 from ._card import Card
-from ._trial import Trial
+from ._trial import Path, Trial
 
 
 def _trials(given: Trial | Iterable[Trial]) -> list[_native.Trial]:
@@ -24,7 +25,13 @@ def _card(found: tuple[_native.Card, str]) -> Card:
     return card
 
 
-def thrust(trials: Trial | Iterable[Trial], settings: dict[str, Any] | None = None) -> Card:
+def _path(report: Path | None) -> str | None:
+    return None if report is None else os.fspath(report)
+
+
+def thrust(
+    trials: Trial | Iterable[Trial], settings: dict[str, Any] | None = None, report: Path | None = None
+) -> Card:
     """One thrust card from all trials together.
 
     Parameters
@@ -33,6 +40,8 @@ def thrust(trials: Trial | Iterable[Trial], settings: dict[str, Any] | None = No
         Of stands (with ``thrust_n``), or of flights.
     settings : dict, optional
         Those of ``touchdown settings identify``, as nested dictionaries.
+    report : path, optional
+        An HTML file for the report: figures, coefficients with intervals, warnings. It needs no other file.
 
     Examples
     --------
@@ -46,7 +55,7 @@ def thrust(trials: Trial | Iterable[Trial], settings: dict[str, Any] | None = No
     >>> bool(abs(card.predict(trial) - trial["thrust_n"]).max() < 0.05)
     True
     """
-    return _card(_native.identify_thrust(_trials(trials), json.dumps(settings or {})))
+    return _card(_native.identify_thrust(_trials(trials), json.dumps(settings or {}), _path(report)))
 
 
 def ground_effect(
@@ -54,6 +63,7 @@ def ground_effect(
     thrust: Card | None = None,
     form: str = "lag",
     settings: dict[str, Any] | None = None,
+    report: Path | None = None,
 ) -> Card:
     """One ground-effect card from all trials together.
 
@@ -67,6 +77,9 @@ def ground_effect(
         The form for rigs; the data of flights decide theirs.
     settings : dict, optional
         As for `thrust`.
+    report : path, optional
+        As for `thrust`.
     """
     free_air = None if thrust is None else thrust._native
-    return _card(_native.identify_ground_effect(_trials(trials), free_air, form, json.dumps(settings or {})))
+    given = (_trials(trials), free_air, form, json.dumps(settings or {}), _path(report))
+    return _card(_native.identify_ground_effect(*given))

@@ -8,10 +8,12 @@ use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use touchdown_campaign::Error;
 use touchdown_campaign::progress::Progress;
-use touchdown_campaign::sweep::{self, BlockRange, CampaignPart, Simulation, Store, Sweep};
+use touchdown_campaign::sweep::{
+    self, BlockRange, CampaignPart, Simulation, Store, Sweep, summarise,
+};
 
 use super::land::{Given, Heeding, SpaceLandings, settings_of};
-use super::of_campaign;
+use super::{of_campaign, of_page};
 use crate::error;
 use crate::run::{self, Cancel};
 
@@ -122,10 +124,30 @@ pub(crate) fn campaign_read(
         Ok((|| {
             let sweep = Sweep::of_folder(&folder)?;
             let rows = Store::of(&folder).read_all(&sweep)?;
-            Ok::<_, Error>(SpaceLandings::new(sweep, rows))
+            Ok::<_, Error>(SpaceLandings::new(Arc::new(sweep), rows))
         })())
     })?;
     read.map_err(|e| of_campaign(&e))
+}
+
+/// Writes `figures/` and `report.html` of a complete campaign into its folder: those of the command.
+#[pyfunction]
+pub(crate) fn campaign_report(
+    py: Python<'_>,
+    folder: PathBuf,
+    jobs: Option<usize>,
+) -> PyResult<()> {
+    let written = run::owned(py, jobs, move |_| {
+        Ok((|| {
+            let sweep = Sweep::of_folder(&folder)?;
+            let rows = Store::of(&folder).read_all(&sweep)?;
+            let results = summarise(&sweep, &rows)?;
+            let worst: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
+            let traces = sweep::replay(&sweep, &worst)?;
+            touchdown_pages::campaign(&sweep, &rows, &results, &traces, &folder)
+        })())
+    })?;
+    written.map_err(|e| of_page(&e))
 }
 
 /// What is in the folder of a campaign, as JSON: that of `touchdown campaign status`.
