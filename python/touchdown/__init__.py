@@ -14,6 +14,7 @@ from . import dist, identify
 from ._campaign import Campaign, campaign, campaign_status
 from ._card import Card
 from ._land import Landings, land
+from ._space import Landing, Space
 from ._trial import Trial, read
 from ._validate import FreeRun, FreeRuns, validate
 
@@ -23,9 +24,11 @@ __all__ = [
     "FreeRun",
     "FreeRuns",
     "InternalError",
+    "Landing",
     "Landings",
     "SindyError",
     "SindyWarning",
+    "Space",
     "Trial",
     "__version__",
     "campaign",

@@ -122,6 +122,17 @@ def _plain(value: Any) -> Any:
     raise fault("scenario", "numbers, texts, lists and dictionaries", type(value).__name__)
 
 
+def card_files(folder: str, thrust: Card | None, empirical: Card | None, dynamic: Card | None) -> list[str | None]:
+    """Writes the cards that are given into a folder: their paths."""
+    paths: list[str | None] = []
+    for name, card in (("thrust", thrust), ("empirical", empirical), ("dynamic", dynamic)):
+        path = os.path.join(folder, f"{name}.toml")
+        if card is not None:
+            card.save(path)
+        paths.append(None if card is None else path)
+    return paths
+
+
 def land(
     scenario: Scenario | None = None,
     *,
@@ -198,9 +209,5 @@ def land(
         return Landings(flown)
     # A sweep names its cards by their files.
     with tempfile.TemporaryDirectory() as folder:
-        paths: list[str | None] = []
-        for name, card in (("thrust", thrust), ("empirical", empirical), ("dynamic", dynamic)):
-            paths.append(None if card is None else os.path.join(folder, f"{name}.toml"))
-            if card is not None:
-                card.save(paths[-1] or "")
+        paths = card_files(folder, thrust, empirical, dynamic)
         return Landings(_native.land_in_space(file, keys, paths, names, trials, seed, deck_acceleration, jobs))

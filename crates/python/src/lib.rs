@@ -57,7 +57,7 @@ mod _native {
     use crate::slopes::slopes;
     #[pymodule_export]
     use crate::touchdown::campaign::{
-        campaign_begin, campaign_fly, campaign_read, campaign_status,
+        campaign_begin, campaign_fly, campaign_read, campaign_report, campaign_status,
     };
     #[pymodule_export]
     use crate::touchdown::card::Card;
@@ -67,6 +67,8 @@ mod _native {
     use crate::touchdown::identify::{identify_ground_effect, identify_thrust};
     #[pymodule_export]
     use crate::touchdown::land::{SpaceLandings, land_in_space};
+    #[pymodule_export]
+    use crate::touchdown::space::Space;
     #[pymodule_export]
     use crate::touchdown::trial::Trial;
     #[pymodule_export]

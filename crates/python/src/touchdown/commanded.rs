@@ -8,8 +8,7 @@ use numpy::{
 };
 use pyo3::prelude::*;
 use serde_json::Value;
-use touchdown_campaign::{Error, Result, settings_file};
-use touchdown_sim::landing::space::{Batch, Case, LaneEnd, SpaceLanding, SpaceScenario};
+use touchdown_sim::landing::space::{Batch, CommandKind, LaneEnd, SpaceLanding, SpaceScenario};
 
 use super::land::Given;
 use super::{of_campaign, of_sim};
@@ -38,26 +37,6 @@ type Ends<'py> = (
     Bound<'py, PyArray2<f64>>,
 );
 
-/// The scenario of a case with keys over it.
-fn scenario_of(case: &str, given: &Given) -> Result<SpaceScenario> {
-    let found = Case::ALL.into_iter().find(|c| c.name() == case);
-    let case = found.ok_or_else(|| {
-        let names = Case::ALL.map(Case::name).join(", ");
-        Error::Arguments(format!("key `deck`: expected one of {names}, found {case}"))
-    })?;
-    let Given::Keys(text) = given else {
-        return Ok(case.scenario());
-    };
-    let bad = |e: toml::de::Error| Error::Settings {
-        file: "scenario".to_owned(),
-        message: e.message().to_owned(),
-    };
-    let mut whole: toml::Table =
-        toml::from_str(&settings_file::to_toml(&case.scenario())?).map_err(bad)?;
-    settings_file::merge(&mut whole, toml::from_str(text).map_err(bad)?);
-    whole.try_into().map_err(bad)
-}
-
 /// The name of an outcome, with its cause.
 fn outcome(landing: &SpaceLanding) -> String {
     let value = serde_json::to_value(landing.outcome).unwrap_or_default();
@@ -83,13 +62,24 @@ fn numbers(landing: &SpaceLanding) -> [f64; NUMBERS] {
 #[pymethods]
 impl Commanded {
     #[new]
-    #[pyo3(signature = (case, json, places, decision_s))]
-    fn new(case: &str, json: Option<&str>, places: usize, decision_s: f64) -> PyResult<Self> {
+    #[pyo3(signature = (case, json, rates, places, decision_s))]
+    fn new(
+        case: &str,
+        json: Option<&str>,
+        rates: bool,
+        places: usize,
+        decision_s: f64,
+    ) -> PyResult<Self> {
         let given = Given::of(None::<PathBuf>, json)?;
-        let scenario = scenario_of(case, &given).map_err(|e| of_campaign(&e))?;
+        let scenario = given.over_case(case, None).map_err(|e| of_campaign(&e))?;
         let batch = Batch::new(&scenario).map_err(|e| of_sim(&e))?;
         let own = batch.clone();
-        let landings = touchdown_sim::landing::space::Commanded::new(own, places, decision_s);
+        let kind = if rates {
+            CommandKind::Rates
+        } else {
+            CommandKind::Attitude
+        };
+        let landings = touchdown_sim::landing::space::Commanded::new(own, kind, places, decision_s);
         Ok(Self {
             batch,
             landings: Mutex::new(landings.map_err(|e| of_sim(&e))?),
@@ -135,14 +125,14 @@ impl Commanded {
         begun.map_err(|e| of_sim(&e))
     }
 
-    /// Flies up to the next decision: a row of thrust (N) and attitude (w, x, y, z) for each place.
+    /// Flies up to the next decision: a row of thrust (N), and attitude (w, x, y, z) or rates (rad/s) for each place.
     fn fly<'py>(
         &self,
         py: Python<'py>,
         commands: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Ends<'py>> {
         let found = commands.shape().to_vec();
-        let width = touchdown_sim::landing::space::Commanded::COMMAND;
+        let width = self.hold().kind().numbers();
         let commands = commands.as_slice().unwrap_or_default();
         if found[1] != width || commands.len() != self.hold().places() * width {
             let expected = format!("{} rows of {width} in C order", self.hold().places());

@@ -15,10 +15,10 @@ use touchdown_campaign::sweep::{
     self, CampaignPart, LandingRow, Store, Sweep, SweepSettings, summarise,
 };
 use touchdown_campaign::{Error, Result};
-use touchdown_sim::landing::space::Case;
+use touchdown_sim::landing::space::{Case, SpaceScenario};
 
 use super::of_campaign;
-use crate::error;
+use crate::error::{self, fault};
 use crate::run::{self, Cancel};
 
 /// Tells landings of a Ctrl-C.
@@ -53,6 +53,34 @@ impl Given {
             (None, None) => Ok(Self::None),
         }
     }
+
+    /// The scenario of a case with these keys over it, or those of a table in them.
+    pub(super) fn over_case(&self, deck: &str, table: Option<&str>) -> Result<SpaceScenario> {
+        let case = Case::named(deck).ok_or_else(|| {
+            let names = Case::ALL.map(Case::name).join(", ");
+            Error::Arguments(format!("key `deck`: expected one of {names}, found {deck}"))
+        })?;
+        let bad = |e: toml::de::Error| Error::Settings {
+            file: "scenario".to_owned(),
+            message: e.message().to_owned(),
+        };
+        let text = match self {
+            Self::None => return Ok(case.scenario()),
+            Self::Keys(text) => text.clone(),
+            Self::File(path) => std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?,
+        };
+        let mut keys: toml::Table = toml::from_str(&text).map_err(bad)?;
+        if let Some(name) = table {
+            keys = match keys.remove(name) {
+                Some(toml::Value::Table(keys)) => keys,
+                _ => return Ok(case.scenario()),
+            };
+        }
+        let mut whole: toml::Table =
+            toml::from_str(&settings_file::to_toml(&case.scenario())?).map_err(bad)?;
+        settings_file::merge(&mut whole, keys);
+        whole.try_into().map_err(bad)
+    }
 }
 
 /// Landings in space that were flown.
@@ -63,10 +91,20 @@ pub(crate) struct SpaceLandings {
 }
 
 impl SpaceLandings {
-    pub(super) fn new(sweep: Sweep, rows: Vec<LandingRow>) -> Self {
-        let sweep = Arc::new(sweep);
+    pub(super) fn new(sweep: Arc<Sweep>, rows: Vec<LandingRow>) -> Self {
         Self { sweep, rows }
     }
+}
+
+/// Files of the cards for thrust, `empirical` and `dynamic`.
+pub(super) type CardFiles = [Option<PathBuf>; 3];
+
+/// Cards that are given go before those of the settings.
+pub(super) fn put_cards(settings: &mut SweepSettings, [thrust, empirical, dynamic]: CardFiles) {
+    let paths = &mut settings.cards;
+    paths.thrust = thrust.or(paths.thrust.take());
+    paths.empirical = empirical.or(paths.empirical.take());
+    paths.dynamic = dynamic.or(paths.dynamic.take());
 }
 
 /// Settings with the folder of the files that they name, and what errors call them.
@@ -112,7 +150,7 @@ pub(crate) fn land_in_space(
     py: Python<'_>,
     file: Option<PathBuf>,
     json: Option<&str>,
-    cards: [Option<PathBuf>; 3],
+    cards: CardFiles,
     controllers: Vec<String>,
     trials: Option<u64>,
     seed: Option<u64>,
@@ -125,11 +163,7 @@ pub(crate) fn land_in_space(
             let (mut settings, folder, name) = settings_of(&given)?;
             settings.seed = seed.unwrap_or(settings.seed);
             settings.trials = trials.unwrap_or(settings.trials);
-            let [thrust, empirical, dynamic] = cards;
-            let paths = &mut settings.cards;
-            paths.thrust = thrust.or(paths.thrust.take());
-            paths.empirical = empirical.or(paths.empirical.take());
-            paths.dynamic = dynamic.or(paths.dynamic.take());
+            put_cards(&mut settings, cards);
             if !deck_acceleration {
                 settings.scenario.control.deck_acceleration = false;
             }
@@ -145,7 +179,7 @@ pub(crate) fn land_in_space(
         })())
     })?;
     let (sweep, rows) = flown.map_err(|e| of_campaign(&e))?;
-    Ok(SpaceLandings::new(sweep, rows))
+    Ok(SpaceLandings::new(Arc::new(sweep), rows))
 }
 
 #[pymethods]
@@ -226,9 +260,14 @@ impl SpaceLandings {
         settings_file::to_toml(self.sweep.settings()).map_err(|e| of_campaign(&e))
     }
 
-    /// The time series of one landing, which is flown once more for it.
-    fn trace<'py>(&self, py: Python<'py>, landing: u64) -> PyResult<Bound<'py, PyDict>> {
+    /// The time series of the landing of a row, which is flown once more for it.
+    fn trace<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyDict>> {
         let sweep = Arc::clone(&self.sweep);
+        let landing = self.rows.get(row).map(|row| row.landing).ok_or_else(|| {
+            let expected = format!("a row of the table, from 0 to {}", self.rows.len() - 1);
+            let message = format!("landing: expected {expected}, found {row}");
+            fault(message, "landing", &expected, &row.to_string())
+        })?;
         let flown = run::owned(py, None, move |_| Ok(sweep::replay(&sweep, &[landing])))?;
         let mut traces = flown.map_err(|e| of_campaign(&e))?;
         let rows = traces.pop().map_or_else(Vec::new, |trace| trace.rows);

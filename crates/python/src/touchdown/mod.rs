@@ -5,11 +5,13 @@ pub(crate) mod card;
 pub(crate) mod commanded;
 pub(crate) mod identify;
 pub(crate) mod land;
+pub(crate) mod space;
 pub(crate) mod trial;
 pub(crate) mod validate;
 pub(crate) mod vertical;
 
 use pyo3::PyErr;
+use pyo3::exceptions::PyOSError;
 use touchdown_log::LogError;
 
 use crate::error::fault;
@@ -59,6 +61,16 @@ fn of_identify(error: &touchdown_identify::Error) -> PyErr {
             "what the sentence says",
             &other.to_string(),
         ),
+    }
+}
+
+/// An error of a report: of the disk, or of what the report is of.
+fn of_page(error: &touchdown_pages::Error) -> PyErr {
+    use touchdown_pages::Error as E;
+    match error {
+        E::Identification(e) => of_identify(e),
+        E::Campaign(e) => of_campaign(e),
+        other => PyOSError::new_err(other.to_string()),
     }
 }
 

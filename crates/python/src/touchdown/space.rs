@@ -1,0 +1,99 @@
+//! A scenario in space whose landings are flown one by one.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use touchdown_campaign::settings_file::to_toml;
+use touchdown_campaign::sweep::{self, Sweep};
+use touchdown_campaign::{Error, Result};
+
+use super::land::{CardFiles, Given, Heeding, SpaceLandings, put_cards, settings_of};
+use super::of_campaign;
+use crate::error::fault;
+use crate::run;
+
+/// Trials that a scenario has: the most that a sweep may have.
+const TRIALS: u64 = 100_000_000;
+
+/// A scenario, checked.
+#[pyclass(frozen, module = "sindy._native")]
+pub(crate) struct Space {
+    sweep: Arc<Sweep>,
+}
+
+#[pymethods]
+impl Space {
+    #[new]
+    #[pyo3(signature = (deck, file, json, cards, controller, seed, deck_acceleration))]
+    #[expect(clippy::too_many_arguments, reason = "one for each of Python's")]
+    fn new(
+        py: Python<'_>,
+        deck: Option<String>,
+        file: Option<PathBuf>,
+        json: Option<&str>,
+        cards: CardFiles,
+        controller: Option<String>,
+        seed: Option<u64>,
+        deck_acceleration: bool,
+    ) -> PyResult<Self> {
+        let given = Given::of(file, json)?;
+        let made = run::owned(py, None, move |_| {
+            Ok((|| -> Result<Sweep> {
+                let (mut settings, folder, name) = settings_of(&given)?;
+                if let Some(deck) = deck {
+                    // What is given stands over the deck's; the vehicle's scaling heeds only what is given.
+                    settings.scenario = given.over_case(&deck, Some("scenario"))?;
+                }
+                put_cards(&mut settings, cards);
+                settings.trials = TRIALS;
+                settings.seed = seed.unwrap_or(settings.seed);
+                if !deck_acceleration {
+                    settings.scenario.control.deck_acceleration = false;
+                }
+                if let Some(controller) = controller {
+                    let key = "control.controller".to_owned();
+                    settings.grid.insert(key, vec![controller].into());
+                }
+                let sweep = Sweep::new(settings, &folder, name)?;
+                if sweep.points() > 1 {
+                    return Err(Error::Arguments(format!(
+                        "key `grid`: expected one point, found {}; `touchdown.land` flies several",
+                        sweep.points()
+                    )));
+                }
+                Ok(sweep)
+            })())
+        })?;
+        let sweep = Arc::new(made.map_err(|e| of_campaign(&e))?);
+        Ok(Self { sweep })
+    }
+
+    /// The landing of a trial.
+    fn land(&self, py: Python<'_>, trial: u64) -> PyResult<SpaceLandings> {
+        if trial >= TRIALS {
+            let (expected, found) = (format!("0 to {}", TRIALS - 1), trial.to_string());
+            let message = format!("trial: expected {expected}, found {found}");
+            return Err(fault(message, "trial", &expected, &found));
+        }
+        let sweep = Arc::clone(&self.sweep);
+        let flown = run::owned(py, None, move |cancel| {
+            Ok(sweep::rows(
+                &sweep,
+                trial..trial + 1,
+                &Heeding(cancel.clone()),
+            ))
+        })?;
+        let rows = flown.map_err(|e| of_campaign(&e))?;
+        Ok(SpaceLandings::new(Arc::clone(&self.sweep), rows))
+    }
+
+    /// The scenario with every key, as TOML.
+    fn scenario_toml(&self) -> PyResult<String> {
+        let scenario = self
+            .sweep
+            .scenario(0)
+            .and_then(|scenario| to_toml(&scenario));
+        scenario.map_err(|e| of_campaign(&e))
+    }
+}
