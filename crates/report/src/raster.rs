@@ -23,10 +23,28 @@ pub(crate) fn png(canvas: &Canvas, scale: f32) -> Result<Vec<u8>, String> {
     for item in &canvas.items {
         raster.item(item);
     }
-    raster
-        .pixmap
-        .encode_png()
-        .map_err(|error| error.to_string())
+    encode(&raster.pixmap).map_err(|error| error.to_string())
+}
+
+/// The pixels as PNG. They stand on white: no transparency is written.
+///
+/// The encoder's own fast compression: the others are those of whichever `deflate` library the build's other crates chose,
+/// and a picture would have other bytes in another build.
+fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    let mut writer = encoder.write_header()?;
+    let opaque: Vec<u8> = pixmap
+        .data()
+        .chunks_exact(4)
+        .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+        .collect();
+    writer.write_image_data(&opaque)?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 struct Raster {
