@@ -7,6 +7,8 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from sindy import _native
 from sindy._errors import fault
 
@@ -32,7 +34,8 @@ class Landing(Mapping[str, Any]):
         self.outcome = str(self["outcome"])
 
     def __getitem__(self, column: str) -> Any:
-        return self._all[column][0]
+        value = self._all[column][0]
+        return value.item() if isinstance(value, np.generic) else value
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all)
