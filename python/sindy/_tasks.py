@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter, deque
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future
 from concurrent.futures import wait as wait_for
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from ._errors import SindyError, fault
@@ -14,6 +15,11 @@ from ._errors import SindyError, fault
 # From the first number to before the second.
 Task = tuple[int, int]
 T = TypeVar("T")
+
+# A silence of so many times the longest task yet, and of at least so many seconds, is a worker that hangs. Twice would
+# hand out tasks that are merely the longest; a short floor those of workers that are only being started.
+SILENCE = 3.0
+LEAST_SILENCE_S = 10.0
 
 
 def check(executor: object, **least: tuple[int, int]) -> None:
@@ -67,8 +73,18 @@ class RayExecutor(Executor):
             wait_for(list(self._flying))
 
 
+def _timed(call: Callable[..., T], *args: Any) -> tuple[float, T]:
+    """Seconds that a call takes on its worker, and its result."""
+    begun = time.monotonic()
+    result = call(*args)
+    return time.monotonic() - begun, result
+
+
 class Driver(Generic[T]):
-    """Hands out tasks, and hands them out again where workers fail.
+    """Hands out tasks, and hands them out again where workers fail or hang.
+
+    Where no task ends for three times as long as the longest took, and for at least ten seconds, those that are out are
+    handed out once more. The first result of a task counts, so tasks have to be pure functions.
 
     Parameters
     ----------
@@ -102,8 +118,12 @@ class Driver(Generic[T]):
         self._retries, self._what, self._rest = retries, what, rest
         self._failures: Counter[Task] = Counter()
         self._breaks = 0
-        self._flying: dict[Future[T], Task] = {}
-        self._ended: SimpleQueue[Future[T]] = SimpleQueue()
+        self._flying: dict[Future[tuple[float, T]], Task] = {}
+        self._ended: SimpleQueue[Future[tuple[float, T]]] = SimpleQueue()
+        self._again: set[Task] = set()
+        self._hangs = False
+        # What each task that is done took on its worker.
+        self.seconds: dict[Task, float] = {}
 
     def run(self, tasks: list[Task], told: Callable[[Task, T | None], None]) -> None:
         """Until all tasks are done; `told` of each and its result, which is none where it was lost with an executor."""
@@ -117,18 +137,24 @@ class Driver(Generic[T]):
             except BrokenExecutor as error:
                 broken = error
             if broken is None:
-                ended = self._ended.get()
+                try:
+                    ended = self._ended.get(timeout=self._patience_s())
+                except Empty:
+                    todo.extend(self._once_more())
+                    continue
                 if ended not in self._flying:
-                    continue  # Of an executor that broke.
+                    continue  # Of an executor that broke, or of a task whose other flight was faster.
                 task = self._flying.pop(ended)
                 try:
-                    result = ended.result()
+                    seconds, result = ended.result()
                 except SindyError:
                     raise  # A fault of the input is one on every worker.
                 except BrokenExecutor as error:
                     broken = error
                     todo.append(task)
                 except Exception as error:
+                    if task in self._flying.values():
+                        continue  # Its other flight goes on.
                     self._failures[task] += 1
                     if self._failures[task] > self._retries:
                         what = f"{self._what} {task[0]} to before {task[1]}"
@@ -137,19 +163,39 @@ class Driver(Generic[T]):
                     continue
                 else:
                     self._breaks = 0
+                    self.seconds[task] = seconds
+                    self._drop(task)
                     told(task, result)
                     continue
             # All tasks of a broken executor fail with it; some may be done.
-            lost, self._flying = list(self._flying.values()), {}
-            for task in lost:
+            lost, self._flying = set(self._flying.values()).difference(todo), {}
+            for task in sorted(lost):
                 if self._done(task):
                     told(task, None)
                 else:
                     todo.append(task)
             self._renew(broken)
 
+    def _patience_s(self) -> float | None:
+        """How long no task may end before those that are out are handed out once more."""
+        if not self.seconds or self._again.issuperset(self._flying.values()):
+            return None
+        return max(LEAST_SILENCE_S, SILENCE * max(self.seconds.values()))
+
+    def _once_more(self) -> list[Task]:
+        """The tasks that are out, but those that were handed out twice."""
+        tasks = sorted(set(self._flying.values()) - self._again)
+        self._again.update(tasks)
+        return tasks
+
+    def _drop(self, task: Task) -> None:
+        """Forgets the other flight of a task that is done."""
+        for future in [future for future, other in self._flying.items() if other == task]:
+            del self._flying[future]
+            self._hangs |= not future.cancel()
+
     def _submit(self, task: Task) -> None:
-        future = self._executor.submit(self._call, *self._arguments(task))
+        future = self._executor.submit(_timed, self._call, *self._arguments(task))
         self._flying[future] = task
         future.add_done_callback(self._ended.put)
 
@@ -175,4 +221,5 @@ class Driver(Generic[T]):
         for future in self._flying:
             future.cancel()
         if self._make is not None:
-            self._executor.shutdown(wait=whole, cancel_futures=True)
+            # Nobody waits for a worker that hangs.
+            self._executor.shutdown(wait=whole and not self._hangs, cancel_futures=True)

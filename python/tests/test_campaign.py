@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -136,7 +136,7 @@ def _dies(marker: str, fn: Callable[..., Any], *args: Any) -> Any:
         os.close(os.open(marker, os.O_CREAT | os.O_EXCL))
     except FileExistsError:
         return fn(*args)
-    folder, first = args[0], args[2]
+    folder, first = args[1], args[3]
 
     def die() -> None:
         block = Path(folder) / "landings" / f"block-{first:06}.parquet"
@@ -211,7 +211,7 @@ class Failing(Executor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
-        first, end = args[2], args[3]
+        first, end = args[3], args[4]
         self.calls.append((first, end))
         if self.failures.get(first, 0) > 0:
             self.failures[first] -= 1
@@ -242,6 +242,63 @@ def test_prop_tasks_are_tried_again_so_many_times(whole: Path, tmp_path: Path) -
     with pytest.raises(td.SindyError, match="timeout_s"):
         td.dist.campaign(never, {"scenario": {"timeout_s": -1.0}}, tmp_path / "none")
     assert not (tmp_path / "none").exists()
+
+
+class Hanging(Executor):
+    """An executor whose first call goes on only when the test is over."""
+
+    def __init__(self, of: Executor) -> None:
+        self.of = of
+        self.over = threading.Event()
+        self.calls: list[tuple[int, int]] = []
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        self.calls.append((args[3], args[4]))
+        if len(self.calls) > 1:
+            return self.of.submit(fn, *args, **kwargs)
+
+        def hangs() -> Any:
+            self.over.wait()
+            return fn(*args, **kwargs)
+
+        return self.of.submit(hangs)
+
+
+def test_prop_a_task_of_a_worker_that_hangs_is_handed_out_once_more(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Blocks take 0.2 s: a test need not wait for ten seconds.
+    monkeypatch.setattr("sindy._tasks.LEAST_SILENCE_S", 0.5)
+    out = tmp_path / "campaign"
+    with ThreadPoolExecutor(2) as pool:
+        hanging = Hanging(pool)
+        try:
+            told: list[int] = []
+            td.dist.campaign(hanging, SWEEP, out, progress=lambda there, _: told.append(there))
+            # The eight blocks, and the first one again; other slow ones may be handed out twice as well, none thrice.
+            assert hanging.calls[0] == (0, 1) and hanging.calls[8:].count((0, 1)) == 1
+            assert all(hanging.calls.count(task) <= 2 for task in hanging.calls)
+            assert told[-1] == 48 and len(told) == 9
+            assert files(out) == files(whole)
+        finally:
+            hanging.over.set()
+    # The late flight has the same bytes.
+    assert files(out) == files(whole)
+
+
+def test_prop_tasks_are_sized_by_time(tmp_path: Path) -> None:
+    sweep = SWEEP | {"block": 1}
+    calls = Failing({})
+    td.dist.campaign(calls, sweep, tmp_path / "long", task_s=1e6)
+    timed = [(0, 1), (12, 13), (24, 25), (36, 37)]
+    assert calls.calls == [*timed, (1, 12), (13, 24), (25, 36), (37, 48)]
+    short = Failing({})
+    td.dist.campaign(short, sweep, tmp_path / "short", task_s=1e-6)
+    assert short.calls[:4] == timed and sorted(short.calls) == [(k, k + 1) for k in range(48)]
+    assert files(tmp_path / "long") == files(tmp_path / "short")
+    for bad in [{"task_s": 0.0}, {"task_s": float("nan")}, {"task_s": 1.0, "blocks_per_task": 2}]:
+        with pytest.raises(td.SindyError, match="`task_s`: expected seconds above 0"):
+            td.dist.campaign(calls, sweep, tmp_path / "none", **bad)  # type: ignore[arg-type]
 
 
 _PARENT = """

@@ -19,8 +19,10 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Executor
 from multiprocessing import parent_process
+from statistics import median
 
 from sindy import _native
+from sindy._errors import fault
 from sindy._solvers import threads
 from sindy._tasks import Driver, RayExecutor, Task, check
 
@@ -33,6 +35,10 @@ __all__ = ["RayExecutor", "campaign"]
 # Seconds until a file that a worker has written must be seen here: clients of NFS keep what they know of a folder for up
 # to 60 s by default. Half of it would refuse such disks, twice as long only delays the error.
 SEEN_WITHIN_S = 60.0
+
+# Blocks that are timed where tasks are sized by time: points of a campaign take different times, and four differ from the
+# mean of all by half of what one does. More would be flown as tasks that are too short.
+TIMED = 4
 
 
 def _fly(folder: str, sha256: str, first: int, end: int, jobs: int) -> None:
@@ -55,6 +61,7 @@ def campaign(
     trials: int | None = None,
     seed: int | None = None,
     blocks_per_task: int = 1,
+    task_s: float | None = None,
     retries: int = 3,
     progress: Progress | None = None,
     n_jobs: int = 1,
@@ -74,9 +81,13 @@ def campaign(
     blocks_per_task : int
         Blocks that a worker gets at a time. A task of some seconds is long enough for all executors; `block` in the sweep
         sets the landings of a block.
+    task_s : float, optional
+        Seconds that a task is to take, instead of `blocks_per_task`: four blocks, spread over the campaign, are flown one a
+        task and timed, the others are shared out by their median.
     retries : int
         How often a task that fails, by whatever but a fault of the sweep, is handed out again; and how many executors in
-        succession may break without a task done.
+        succession may break without a task done. A task of a worker that hangs is handed out once more: where none has
+        ended for three times as long as the longest took, and for ten seconds.
     progress : callable, optional
         Called with the landings that are there and those of the campaign, after every task. What it raises ends the
         campaign.
@@ -84,6 +95,8 @@ def campaign(
         Threads of each task.
     """
     check(executor, blocks_per_task=(blocks_per_task, 1), retries=(retries, 0))
+    if task_s is not None and not (0.0 < task_s < float("inf") and blocks_per_task == 1):
+        raise fault("task_s", "seconds above 0, without blocks_per_task", task_s)
     # A pool of threads of its own, which ends with the call: workers may be forked from this process.
     cores = os.cpu_count() or 1
     begun = _begin(sweep, out, trials, seed, True, cores)
@@ -109,12 +122,23 @@ def campaign(
         )
         whole = False
         try:
-            driver.run(_ranges(begun.missing, blocks_per_task), told)
+            missing = begun.missing
+            if task_s is not None:
+                timed = missing[:: max(1, len(missing) // TIMED)][:TIMED]
+                driver.run(_ranges(timed, 1), told)
+                missing = sorted(set(missing).difference(timed))
+                blocks_per_task = _blocks_per_task(list(driver.seconds.values()), task_s)
+            driver.run(_ranges(missing, blocks_per_task), told)
             whole = True
         finally:
             driver.end(whole)
     _until_seen(begun)
     return begun.read(cores)
+
+
+def _blocks_per_task(block_s: list[float], task_s: float) -> int:
+    """Blocks that take about `task_s`, by the times of some. One where no time is known: their workers were killed."""
+    return max(1, round(task_s / max(median(block_s), 1e-3))) if block_s else 1
 
 
 def _until_seen(begun: _Begun) -> None:
