@@ -69,6 +69,21 @@ def test_prop_same_seed_same_bytes_and_a_law_by_hand_lands(mode: AutoresetMode) 
     assert len(landed) >= 0.9 * len(ends) > 10 and max(landed) < 0.4, ends
 
 
+def test_prop_each_environment_may_have_a_seed_of_its_own() -> None:
+    envs = LandingVectorEnv(3, deck="sea")
+    both, _ = envs.reset(seed=[4, 9, 4])
+    assert np.array_equal(both[0], both[2]) and not np.array_equal(both[0], both[1])
+    # The landing of a seed, wherever it is flown; and its next one.
+    other, _ = LandingVectorEnv(2, deck="sea").reset(seed=[9, 4])
+    assert np.array_equal(other, both[[1, 0]])
+    following, _ = envs.reset()
+    assert not np.array_equal(following, both) and np.array_equal(following[0], following[2])
+    partly, _ = envs.reset(seed=[None, 4, 4])
+    assert np.array_equal(partly[1], both[0]) and not np.array_equal(partly[0], both[0])
+    with pytest.raises(td.SindyError, match="`seed`: expected a number, or a list of 3, found 2"):
+        envs.reset(seed=[1, 2])
+
+
 def test_prop_a_law_by_hand_lands_by_rates() -> None:
     envs = LandingVectorEnv(13, deck="paper", action="rates")
     observation, _ = envs.reset(seed=4)

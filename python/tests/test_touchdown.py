@@ -203,11 +203,13 @@ VEHICLE = {"flight": {"mass_kg": 0.03, "rotor_radius_m": 0.023}}
 @pytest.fixture()
 def flights(tmp_path: Path) -> tuple[list[Path], Path]:
     """Three measured flights and their map; the vehicle's settings lie in the folder."""
-    folder = Path(os.environ.get("TOUCHDOWN_DATA", "")) / "flight-crazypad-takeoff-landing"
+    project = Path(__file__).resolve().parents[2]
+    data = os.environ.get("TOUCHDOWN_DATA") or project.parent / "shared/data"
+    folder = Path(data) / "flight-crazypad-takeoff-landing"
     if not folder.is_dir():
-        pytest.skip("TOUCHDOWN_DATA has no flights")
+        pytest.skip(f"no data at {folder}")
     (tmp_path / "vehicle.toml").write_text("[flight]\nmass_kg = 0.03\nrotor_radius_m = 0.023\n")
-    mapped = Path(__file__).resolve().parents[2] / "examples/maps/flight-crazypad-motor.toml"
+    mapped = project / "examples/maps/flight-crazypad-motor.toml"
     return [folder / f"E9_log0{k}_motor.csv" for k in range(3)], mapped
 
 

@@ -163,8 +163,10 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         self._range, self._tilt_rad, self._rate_radps = thrust_range, tilt_rad, rate_radps
         self._noise_sd = np.broadcast_to(np.asarray(noise_sd, dtype=float), (len(OBSERVATION),))
         self._noisy = bool(np.any(self._noise_sd != 0.0))
-        self._seed = 0
+        self._seeds = [0] * num_envs
         self._trials = np.arange(num_envs)
+        # From a trial of an environment to its next.
+        self._stride = num_envs
         self._waiting = np.zeros(num_envs, dtype=bool)
         self._distance_m = np.zeros(num_envs)
         self._rates = action == "rates"
@@ -179,29 +181,48 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
 
         Parameters
         ----------
-        seed : int, optional
-            Of all trials; one number for all environments. Without one, the next trials of the last seed begin.
+        seed : int or list of int, optional
+            One number for all environments, which share out its trials, or one for each environment, which then flies the
+            trials of its own seed. Without one, and where the list has none, the next trials of the last seed begin.
         options : dict, optional
             ``reset_mask``: the environments to begin anew, with `AutoresetMode.DISABLED`.
         """
-        if isinstance(seed, list):
-            known = [each for each in seed if each is not None]
-            seed = known[0] if known else None
         mask = None if options is None else options.get("reset_mask")
-        if seed is not None:
+        if isinstance(seed, list):
+            self._seed_each(seed)
+        elif seed is not None:
             super().reset(seed=seed)
-            self._seed = seed
+            self._seeds = [seed] * self.num_envs
             self._trials = np.arange(self.num_envs)
+            self._stride = self.num_envs
         if mask is None:
             self._native.clear()
         which = np.arange(self.num_envs) if mask is None else np.flatnonzero(mask)
         truth = self._begin(which)
         return self._seen(truth), {}
 
+    def _seed_each(self, seeds: list[int | None]) -> None:
+        """A seed for each environment, or none for those that go on."""
+        if len(seeds) != self.num_envs:
+            raise fault("seed", f"a number, or a list of {self.num_envs}", len(seeds))
+        known = [seed for seed in seeds if seed is not None]
+        if not known:
+            return
+        super().reset(seed=known[0])
+        self._stride = 1
+        for place, seed in enumerate(seeds):
+            if seed is not None:
+                self._seeds[place] = seed
+                self._trials[place] = 0
+
     def _begin(self, which: NDArray[np.int64]) -> Array:
         """The next trials at these places; gives the truth of all."""
-        self._native.begin(which.tolist(), self._trials[which].tolist(), self._seed)
-        self._trials[which] += self.num_envs
+        places: dict[int, list[int]] = {}
+        for place in which.tolist():
+            places.setdefault(self._seeds[place], []).append(place)
+        for seed, of_seed in places.items():
+            self._native.begin(of_seed, self._trials[of_seed].tolist(), seed)
+        self._trials[which] += self._stride
         self._waiting[which] = False
         truth = self._native.observe()
         self._distance_m[which] = self.reward.distance_m(truth[which])
