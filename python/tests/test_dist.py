@@ -170,3 +170,19 @@ def test_prop_dask_gives_the_bits_of_one_process(files: list[str]) -> None:
     ) as cluster, distributed.Client(cluster) as client:
         found = sindy.dist.fit(client.get_executor(), files, MODEL)
     assert same(found, one_process(files))
+
+
+def test_prop_ray_gives_the_bits_of_one_process(
+    files: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Otherwise it writes a token into the home of whoever runs the tests.
+    monkeypatch.setenv("RAY_AUTH_MODE", "disabled")
+    # Where its workers find this file.
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]))
+    ray = pytest.importorskip("ray")
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, configure_logging=False)
+    try:
+        found = sindy.dist.fit(sindy.dist.RayExecutor(num_cpus=1), files, MODEL)
+    finally:
+        ray.shutdown()
+    assert same(found, one_process(files))
