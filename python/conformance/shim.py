@@ -33,7 +33,7 @@ class Absent(BaseException):
 
 class _Anything(type):
     def __getattr__(cls, name: str) -> Any:
-        if name.startswith("__") or name in ("pytestmark", "_pytestfixturefunction"):
+        if name.startswith("_") or name == "pytestmark":  # what pytest's plugins look for in every name of a module
             raise AttributeError(name)
         raise Absent(cls.__name__)
 
@@ -89,18 +89,18 @@ def _installed(name: str) -> bool:
 sys.meta_path.insert(0, _Finder())
 
 
-class _Lazy:
+class LazyFixture:
     """A fixture in a list of parameters, as of ``pytest-lazy-fixture``, which wants an old pytest."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
 
-pytest.lazy_fixture = _Lazy  # type: ignore[attr-defined]
+pytest.lazy_fixture = LazyFixture  # type: ignore[attr-defined]
 
 
 def pytest_make_parametrize_id(val: Any) -> str | None:
-    return val.name if isinstance(val, _Lazy) else None
+    return val.name if isinstance(val, LazyFixture) else None
 
 
 def _absent_in(value: Any) -> str | None:
@@ -126,7 +126,7 @@ def pytest_runtest_setup(item: Any) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: Any) -> None:
     for key, value in pyfuncitem.funcargs.items():
-        if isinstance(value, _Lazy):
+        if isinstance(value, LazyFixture):
             pyfuncitem.funcargs[key] = pyfuncitem._request.getfixturevalue(value.name)
 
 

@@ -1,7 +1,7 @@
 """PySINDy 2.1's names and signatures over this package.
 
 ``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
-(partial differential equations, weak forms in space, implicit equations, trapping and stable models, Markov chains) raise an
+(weak forms, implicit equations, trapping and stable models, Markov chains) raise an
 `ImportError` or `AttributeError`. scikit-learn and SciPy have to be installed; `SINDyDerivative` also wants ``derivative``.
 
 Examples
@@ -32,6 +32,7 @@ from .feature_library import (
     FourierLibrary,
     GeneralizedLibrary,
     IdentityLibrary,
+    PDELibrary,
     PolynomialLibrary,
     TensoredLibrary,
 )
@@ -46,11 +47,12 @@ from .optimizers import (
     EnsembleOptimizer,
     WrappedOptimizer,
 )
+from .utils import AxesArray
 
 __all__ = [
-    "SINDy", "DiscreteSINDy", "differentiation", "feature_library", "optimizers", "utils",
+    "AxesArray", "SINDy", "DiscreteSINDy", "differentiation", "feature_library", "optimizers", "utils",
     "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
-    "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PolynomialLibrary",
-    "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS", "MIOSR", "SR3", "SSR", "STLSQ",
-    "WrappedOptimizer",
+    "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PDELibrary",
+    "PolynomialLibrary", "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS", "MIOSR", "SR3",
+    "SSR", "STLSQ", "WrappedOptimizer",
 ]  # fmt: skip

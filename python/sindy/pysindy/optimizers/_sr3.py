@@ -215,8 +215,6 @@ class ConstrainedSR3(SR3):
             raise ValueError(f"constraint_order: expected target or feature, found {self.constraint_order}")
         if given and self.unbias:
             raise ValueError("unbias: expected False with constraints, which it does not keep; found True")
-        if given and self.normalize_columns:
-            raise ValueError("normalize_columns: expected False with constraints, which are in units of the terms")
         if self.inequality_constraints:
             raise ValueError("inequality_constraints: expected False, for only equations are there; found True")
 
@@ -229,6 +227,7 @@ class ConstrainedSR3(SR3):
             raise ValueError(f"constraint_lhs: expected {terms * targets} columns, found {left.shape[1]}")
         if self.constraint_order == "target":
             left = reorder_constraints(left, terms)
+        left = left / np.repeat(self._lengths, targets)  # the coefficients here are those of normalised columns
         # Lagrange multipliers: first the free solution, then the smallest correction in the metric of the Gram matrix.
         factor = cho_factor(gram)
         free = cho_solve(factor, right)

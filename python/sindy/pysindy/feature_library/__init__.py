@@ -1,0 +1,25 @@
+"""Candidate terms under PySINDy's names."""
+
+from ._fields import PDELibrary
+from ._pointwise import (
+    BaseFeatureLibrary,
+    ConcatLibrary,
+    CustomLibrary,
+    FourierLibrary,
+    GeneralizedLibrary,
+    IdentityLibrary,
+    PolynomialLibrary,
+    TensoredLibrary,
+)
+
+__all__ = [
+    "BaseFeatureLibrary",
+    "ConcatLibrary",
+    "CustomLibrary",
+    "FourierLibrary",
+    "GeneralizedLibrary",
+    "IdentityLibrary",
+    "PDELibrary",
+    "PolynomialLibrary",
+    "TensoredLibrary",
+]
