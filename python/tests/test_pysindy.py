@@ -184,4 +184,4 @@ def test_regress_what_is_not_there_is_refused() -> None:
     with pytest.raises(ImportError):
         from sindy.pysindy import WeakPDELibrary  # type: ignore[attr-defined]  # noqa: F401
     with pytest.raises(ValueError, match="inequality_constraints"):
-        ps.ConstrainedSR3(inequality_constraints=True)
+        ps.ConstrainedSR3(inequality_constraints=True, regularizer="l1")

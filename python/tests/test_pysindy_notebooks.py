@@ -169,3 +169,51 @@ def test_prop_notebooks_run_with_one_line_changed(tmp_path: Path, monkeypatch: p
     cells = [nbformat.v4.new_code_cell("import pysindy as ps\nfrom pysindy.utils import lorenz")]
     notebooks.use_layer(cells, tmp_path)
     assert cells[0].source.splitlines() == [notebooks.DROP_IN, "import pysindy as ps", "from pysindy.utils import lorenz"]
+
+
+def test_analytic_absolute_penalty_of_orthogonal_terms() -> None:
+    # |y - X w|² + λ |w| over columns of length L: each coefficient is that of least squares, moved towards 0 by λ / (2 L²).
+    pytest.importorskip("clarabel")
+    x = np.array([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 10.0]])
+    y = np.array([[6.0, 0.4, 20.0], [-6.0, 1.0, 0.0]]).T
+    bound = ps.ConstrainedSR3(
+        reg_weight_lam=1.0, regularizer="l1", constraint_lhs=np.eye(1, 6), constraint_rhs=np.array([9.0]), inequality_constraints=True
+    ).fit(x, y)
+    expected = [[3.0 - 0.125, 0.0, 2.0 - 0.005], [-3.0 + 0.125, 0.5, 0.0]]
+    np.testing.assert_allclose(bound.coef_, expected, atol=1e-6)  # the solver's tolerance, 1e-8 of the objective
+
+
+@pytest.mark.parametrize("normalised", [False, True])
+def test_analytic_inequalities_hold_and_bind(normalised: bool) -> None:
+    pytest.importorskip("clarabel")
+    rng = np.random.default_rng(5)
+    x = rng.normal(size=(400, 2)) * [1.0, 50.0]
+    y = x @ np.array([[2.0, 0.3], [-1.0, 0.1]]).T
+    # w of the first equation: 2 w₀ <= 3 binds. That of the second is free. One equation: the last coefficient is 0.2.
+    lhs = np.array([[2.0, 0, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
+    found = ps.ConstrainedSR3(
+        reg_weight_lam=0.0, regularizer="l2", constraint_lhs=lhs, constraint_rhs=np.array([3.0, 5.0, 0.2]),
+        inequality_constraints=True, equality_constraints=True, constraint_separation_index=2, normalize_columns=normalised,
+    ).fit(x, y)  # fmt: skip
+    other = np.array([2.0 - 1.5, 0.1 - 0.2])  # what the fixed coefficients leave, for the free ones by least squares
+    cross = x[:, 0] @ x[:, 1]
+    expected = [[1.5, 0.3 + other[0] * cross / (x[:, 1] @ x[:, 1])], [-1.0 + other[1] * cross / (x[:, 0] @ x[:, 0]), 0.2]]
+    np.testing.assert_allclose(found.coef_, expected, atol=1e-5)  # the solver's tolerance
+
+
+@pytest.mark.parametrize("normalised", [False, True])
+def test_analytic_implicit_equation_of_an_enzyme(normalised: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    # x' = 0.6 - 1.5 x / (0.3 + x) is x = 0.2 - x'/3 - x x'/0.9.
+    pytest.importorskip("clarabel")
+    from scipy.integrate import solve_ivp
+
+    t = np.arange(0.0, 4.0, 0.001)
+    x = solve_ivp(ps.utils.enzyme, (0.0, t[-1]), [0.55], t_eval=t, rtol=1e-10, atol=1e-12).y.T
+    name = [lambda x: x] * 2
+    library = ps.SINDyPILibrary([lambda x: x], t, [lambda x: x], name, include_bias=True)
+    optimizer = ps.SINDyPI(reg_weight_lam=1e-6, model_subset=[1], normalize_columns=normalised)
+    model = ps.SINDy(optimizer, library, ps.FiniteDifference(drop_endpoints=True)).fit(x, t=t)
+    # Slopes of second order at a step of 0.001, and the penalty.
+    np.testing.assert_allclose(model.coefficients()[1], [0.2, 0.0, -1 / 3, -1 / 0.9], atol=2e-3)
+    model.print(precision=2)
+    assert "(x0) =  0.20 1 + -0.33 x0_dot + -1.11 x0x0_dot\n" in capsys.readouterr().out

@@ -1,8 +1,8 @@
 """PySINDy 2.1's names and signatures over this package.
 
 ``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
-(weak forms, implicit equations, trapping and stable models, Markov chains) raise an
-`ImportError` or `AttributeError`. scikit-learn and SciPy have to be installed; `SINDyDerivative` also wants ``derivative``.
+(weak forms, trapping and stable models, Markov chains) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have to be
+installed; `SINDyDerivative` also wants ``derivative``, and `SINDyPI` and inequalities want ``clarabel``.
 
 Examples
 --------
@@ -34,6 +34,7 @@ from .feature_library import (
     IdentityLibrary,
     PDELibrary,
     PolynomialLibrary,
+    SINDyPILibrary,
     TensoredLibrary,
 )
 from .optimizers import (
@@ -45,6 +46,7 @@ from .optimizers import (
     BaseOptimizer,
     ConstrainedSR3,
     EnsembleOptimizer,
+    SINDyPI,
     WrappedOptimizer,
 )
 from .utils import AxesArray
@@ -53,6 +55,6 @@ __all__ = [
     "AxesArray", "SINDy", "DiscreteSINDy", "differentiation", "feature_library", "optimizers", "utils",
     "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
     "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PDELibrary",
-    "PolynomialLibrary", "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS", "MIOSR", "SR3",
-    "SSR", "STLSQ", "WrappedOptimizer",
+    "PolynomialLibrary", "SINDyPILibrary", "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS",
+    "MIOSR", "SINDyPI", "SR3", "SSR", "STLSQ", "WrappedOptimizer",
 ]  # fmt: skip

@@ -17,7 +17,7 @@ from .._data import Array
 from ._arrays import finite_rows, flat, inputs, times, trajectories
 from .differentiation import BaseDifferentiation, FiniteDifference
 from .feature_library import BaseFeatureLibrary, PolynomialLibrary
-from .optimizers import STLSQ
+from .optimizers import STLSQ, SINDyPI
 
 Self = TypeVar("Self", bound="_Model")
 _TIGHT = {"method": "LSODA", "rtol": 1e-12, "atol": 1e-12}
@@ -172,7 +172,12 @@ class SINDy(_Model):
     def print(self, lhs: Sequence[str] | None = None, precision: int = 3, **kwargs: Any) -> None:
         """Prints the equations; `lhs` replaces the left-hand sides, other options are those of Python's `print`."""
         texts = self.equations(precision)
-        names = [f"({name})'" for name in self.feature_names or []] if lhs is None else list(lhs)
+        if lhs is not None:
+            names = list(lhs)
+        elif isinstance(self.optimizer, SINDyPI):
+            names = [f"({name})" for name in self.get_feature_names()]
+        else:
+            names = [f"({name})'" for name in self.feature_names or []]
         for name, text in zip(names, texts):
             print(f"{name} = {text}", **kwargs)
 

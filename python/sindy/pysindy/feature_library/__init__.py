@@ -1,6 +1,7 @@
 """Candidate terms under PySINDy's names."""
 
 from ._fields import PDELibrary
+from ._implicit import SINDyPILibrary
 from ._pointwise import (
     BaseFeatureLibrary,
     ConcatLibrary,
@@ -21,5 +22,6 @@ __all__ = [
     "IdentityLibrary",
     "PDELibrary",
     "PolynomialLibrary",
+    "SINDyPILibrary",
     "TensoredLibrary",
 ]
