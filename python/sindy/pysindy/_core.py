@@ -21,6 +21,7 @@ from .optimizers import STLSQ, SINDyPI
 
 Self = TypeVar("Self", bound="_Model")
 _TIGHT = {"method": "LSODA", "rtol": 1e-12, "atol": 1e-12}
+_DROPPED = "the last time is dropped, as PySINDy does with sampled inputs; a function of time as u keeps it"
 _IGNORED = "u is ignored: the model was fitted without inputs"
 
 
@@ -218,7 +219,7 @@ class SINDy(_Model):
         t : array
             Times.
         u : array or callable, optional
-            Inputs at these times, or a function of time.
+            Inputs at these times, or a function of time. With an array the last time is dropped: scripts for PySINDy expect it.
         integrator : {"solve_ivp", "odeint"}
         interpolator : callable, optional
             ``interpolator(t, u, **interpolator_kws)`` gives a function of time; cubic by default.
@@ -238,6 +239,8 @@ class SINDy(_Model):
                 u = interp1d(t, u, axis=0, kind="cubic", fill_value="extrapolate")
             else:
                 u = interpolator(t, u, **(interpolator_kws or {}))
+            t = t[:-1]
+            warnings.warn(_DROPPED, stacklevel=2)
 
         def rhs(time: float, state: Array) -> Array:
             given = None if u is None else np.asarray(u(time), dtype=np.float64).reshape(1, -1)
