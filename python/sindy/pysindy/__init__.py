@@ -1,8 +1,8 @@
 """PySINDy 2.1's names and signatures over this package.
 
 ``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
-(weak forms, trapping and stable models, Markov chains) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have to be
-installed; `SINDyDerivative` also wants ``derivative``, and `SINDyPI` and inequalities want ``clarabel``.
+(weak forms, trapping and stable models, Markov chains) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have
+to be installed; `SINDyDerivative` also wants ``derivative``, and `SINDyPI` and inequalities want ``clarabel``.
 
 Examples
 --------

@@ -1,7 +1,7 @@
 """Imports of ``pysindy`` after this one give ``sindy.pysindy``, those of its modules as well.
 
-``import sindy.pysindy.drop_in`` as the first line of a script or notebook is the only change. PySINDy need not be installed. Where it
-is, the same process cannot import it any more.
+``import sindy.pysindy.drop_in`` as the first line of a script or notebook is the only change. PySINDy need not be installed.
+Where it is, the same process cannot import it any more.
 
 Examples
 --------

@@ -94,8 +94,9 @@ def minimise(
     # Tolerances are those of an objective whose penalty has weights of about 1.
     unit_of_objective = float(np.max(lam * scale, initial=0.0)) or 1.0
     solver = clarabel.DefaultSolver(
-        sparse.diags(quadratic / unit_of_objective).tocsc(), linear / unit_of_objective, sparse.vstack(left).tocsc(), every, cones, settings
-    )
+        sparse.diags(quadratic / unit_of_objective).tocsc(), linear / unit_of_objective, sparse.vstack(left).tocsc(), every,
+        cones, settings,
+    )  # fmt: skip
     solution = solver.solve()
     if str(solution.status) not in ("Solved", "AlmostSolved"):
         warnings.warn(f"no coefficients found, all are set to 0: the solver reports {solution.status}", ConvergenceWarning)

@@ -51,7 +51,10 @@ def cubic_oscillator(t: float, x: Any, p: Sequence[float] = (-0.1, 2, -2, -0.1))
 
 
 def rossler(t: float, x: Any, p: Sequence[float] = (0.2, 0.2, 5.7)) -> list[Any]:
-    """Rössler's attractor (doi:10.1016/0375-9601(76)90101-8), with p = (a, b, c): x' = -y - z, y' = x + a y, z' = b + z (x - c)."""
+    """Rössler's attractor (doi:10.1016/0375-9601(76)90101-8), with p = (a, b, c):
+
+    x' = -y - z, y' = x + a y, z' = b + z (x - c).
+    """
     return [-x[1] - x[2], x[0] + p[0] * x[1], p[1] + x[2] * (x[0] - p[2])]
 
 
