@@ -52,11 +52,11 @@ oscillator.print()
 print(len(t), "times,", len(oscillator.simulate(driven[0], t, u=u)), "rows")
 
 # %% [markdown]
-# Kinds that are not there fail at once, before any data are read: the weak form of partial differential equations, for example, has [a class of its own](../how-to/python.md#equations-of-fields).
+# Kinds that are not there fail at once, before any data are read: stable models, for example, have [invariants in their place](../how-to/python.md#a-model-from-data).
 
 # %%
 try:
-    ps.WeakPDELibrary
+    ps.TrappingSR3
 except AttributeError as error:
     print(error)
 

@@ -184,6 +184,6 @@ def test_analytic_simulations_with_inputs() -> None:
 def test_regress_what_is_not_there_is_refused() -> None:
     assert not hasattr(ps, "TrappingSR3")
     with pytest.raises(ImportError):
-        from sindy.pysindy import WeakPDELibrary  # type: ignore[attr-defined]  # noqa: F401
+        from sindy.pysindy import ParameterizedLibrary  # type: ignore[attr-defined]  # noqa: F401
     with pytest.raises(ValueError, match="inequality_constraints"):
         ps.ConstrainedSR3(inequality_constraints=True, regularizer="l1")

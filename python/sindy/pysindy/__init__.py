@@ -1,7 +1,7 @@
 """PySINDy 2.1's names and signatures over this package.
 
 ``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
-(weak forms, trapping and stable models, Markov chains) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have
+(trapping and stable models, Markov chains) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have
 to be installed; `SINDyDerivative` also wants ``derivative``, and `SINDyPI` and inequalities want ``clarabel``.
 
 Examples
@@ -36,6 +36,7 @@ from .feature_library import (
     PolynomialLibrary,
     SINDyPILibrary,
     TensoredLibrary,
+    WeakPDELibrary,
 )
 from .optimizers import (
     FROLS,
@@ -56,5 +57,5 @@ __all__ = [
     "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
     "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PDELibrary",
     "PolynomialLibrary", "SINDyPILibrary", "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS",
-    "MIOSR", "SINDyPI", "SR3", "SSR", "STLSQ", "WrappedOptimizer",
+    "MIOSR", "SINDyPI", "SR3", "SSR", "STLSQ", "WeakPDELibrary", "WrappedOptimizer",
 ]  # fmt: skip

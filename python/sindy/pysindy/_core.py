@@ -16,7 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 from .._data import Array
 from ._arrays import finite_rows, flat, inputs, times, trajectories
 from .differentiation import BaseDifferentiation, FiniteDifference
-from .feature_library import BaseFeatureLibrary, PolynomialLibrary
+from .feature_library import BaseFeatureLibrary, PolynomialLibrary, WeakPDELibrary
 from .optimizers import STLSQ, SINDyPI
 
 Self = TypeVar("Self", bound="_Model")
@@ -54,6 +54,8 @@ class _Model(BaseEstimator):  # type: ignore[misc]
         joined = x if u is None else np.concatenate([x, u], axis=-1)
         terms = self.feature_library.transform(joined)
         out: Array = np.asarray(self.optimizer.predict(terms.reshape(-1, terms.shape[-1])))
+        if isinstance(self.feature_library, WeakPDELibrary):  # one row for each window
+            return out
         return out.reshape(*x.shape[:-1], -1)
 
     def predict(self, x: Any, u: Any = None) -> Any:
@@ -125,10 +127,19 @@ class SINDy(_Model):
         """States, smoothed where the method smooths, and their slopes."""
         method, states, slopes = self.differentiation_method, [], []
         assert method is not None
+        if isinstance(self.feature_library, WeakPDELibrary):
+            return x, [self.feature_library.weak_slopes(run) for run in x]
         for run, t in zip(x, each):
             slopes.append(np.asarray(method(run, t)))
             states.append(np.asarray(getattr(method, "smoothed_x_", run)))
         return states, slopes
+
+    def _given(self, x: list[Array], slopes: list[Array]) -> list[Array]:
+        """Slopes that were given, integrated over windows where terms are."""
+        library = self.feature_library
+        if not isinstance(library, WeakPDELibrary):
+            return slopes
+        return [library.weak_slopes(run, slope) for run, slope in zip(x, slopes)]
 
     def fit(
         self: Self,
@@ -159,7 +170,7 @@ class SINDy(_Model):
         if x_dot is None:
             runs, slopes = self._slopes(runs, each)
         else:
-            slopes = trajectories("x_dot", x_dot, runs, many)
+            slopes = self._given(runs, trajectories("x_dot", x_dot, runs, many))
         self._learn(runs, slopes, given, feature_names)
         return self
 
@@ -197,7 +208,8 @@ class SINDy(_Model):
         runs = trajectories("x", x)
         each = times(t, runs, many)
         predicted = self.predict(x, u)
-        slopes = self._slopes(runs, each)[1] if x_dot is None else trajectories("x_dot", x_dot, runs, many)
+        given = None if x_dot is None else trajectories("x_dot", x_dot, runs, many)
+        slopes = self._slopes(runs, each)[1] if given is None else self._given(runs, given)
         return _measure(metric, slopes, predicted if many else [predicted], metric_kws)
 
     def simulate(

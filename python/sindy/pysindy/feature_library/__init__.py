@@ -12,6 +12,7 @@ from ._pointwise import (
     PolynomialLibrary,
     TensoredLibrary,
 )
+from ._weak import WeakPDELibrary
 
 __all__ = [
     "BaseFeatureLibrary",
@@ -24,4 +25,5 @@ __all__ = [
     "PolynomialLibrary",
     "SINDyPILibrary",
     "TensoredLibrary",
+    "WeakPDELibrary",
 ]

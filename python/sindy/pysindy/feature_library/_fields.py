@@ -102,19 +102,24 @@ class PDELibrary(BaseFeatureLibrary):
         times = [np.asarray(self.temporal_grid, dtype=np.float64)] if self.implicit_terms else []
         if self.spatial_grid is None:
             return times
-        grid = np.asarray(self.spatial_grid, dtype=np.float64)
+        return self._lines(self.spatial_grid) + times
+
+    @staticmethod
+    def _lines(coordinates: Any) -> list[Array]:
+        """The coordinates along each axis of a grid."""
+        grid = np.asarray(coordinates, dtype=np.float64)
         grid = grid[:, None] if grid.ndim == 1 else grid
         dimensions = grid.ndim - 1
         if grid.shape[-1] != dimensions:
-            raise ValueError(f"spatial_grid: expected {dimensions} coordinates of {dimensions} axes, found {grid.shape[-1]}")
+            raise ValueError(f"grid: expected {dimensions} coordinates of {dimensions} axes, found {grid.shape[-1]}")
         lines = []
         for axis in range(dimensions):
             along = np.moveaxis(grid[..., axis], axis, -1)
             line = along[(0,) * (dimensions - 1)]
             if not np.allclose(along, line, rtol=1e-9):
-                raise ValueError(f"spatial_grid: expected coordinates of axis {axis} that do not depend on other axes")
+                raise ValueError(f"grid: expected coordinates of axis {axis} that do not depend on other axes")
             lines.append(np.array(line))
-        return lines + times
+        return lines
 
     def _orders(self) -> list[tuple[int, ...]]:
         """The orders along each axis, for each derivative."""
@@ -128,19 +133,21 @@ class PDELibrary(BaseFeatureLibrary):
         functions, derivatives = self._functions()._size(variables), variables * len(self._orders())
         return self.include_bias + functions + derivatives + self.include_interaction * functions * derivatives
 
+    def _derivative(self, x: Array, orders: Sequence[int], lines: list[Array]) -> Array:
+        """The derivative of some orders along each axis."""
+        for axis, order in enumerate(orders):
+            if order > 0:
+                method = self.differentiation_method(d=order, axis=axis, **(self.diff_kwargs or {}))
+                x = np.asarray(method(x, lines[axis]))
+        return x
+
     def _derivatives(self, x: Array) -> Array:
         """The derivatives on the last axis, those of one order for all fields together."""
-        lines, columns = self._axes(), [x[..., :0]]
+        lines = self._axes()
         if x.shape[: len(lines)] != tuple(len(line) for line in lines):
             raise ValueError(f"x: expected the grid's {[len(line) for line in lines]} points first, found {x.shape}")
-        for orders in self._orders():
-            out = x
-            for axis, order in enumerate(orders):
-                if order > 0:
-                    method = self.differentiation_method(d=order, axis=axis, **(self.diff_kwargs or {}))
-                    out = np.asarray(method(out, lines[axis]))
-            columns.append(out)
-        return np.concatenate(columns, axis=-1)
+        columns = [self._derivative(x, orders, lines) for orders in self._orders()]
+        return np.concatenate([x[..., :0], *columns], axis=-1)
 
     def _columns(self, x: Array) -> Array:
         functions, derivatives = self._functions()._columns(x), self._derivatives(x)
