@@ -15,6 +15,7 @@ where every notebook that runs under PySINDy runs under ``sindy.pysindy``.
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import shutil
 import sys
@@ -31,6 +32,7 @@ from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernel
 IMPORT = "import pysindy as ps"
 REPLACED = "from sindy import pysindy as ps"
 DROP_IN = "import sindy.pysindy.drop_in"
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass
@@ -100,9 +102,17 @@ def printed(cell: Any) -> str:
 
 
 def same_text(theirs: Outcome, ours: Outcome) -> str:
-    """In how many of the cells that print under PySINDy the same text is printed."""
+    """In how many of the cells that print under PySINDy the same words are printed, and numbers within 0.1 %."""
     pairs = [(a, b) for a, b in zip(theirs.printed, ours.printed) if a.strip()]
-    return f"{sum(a == b for a, b in pairs)} of {len(pairs)}"
+    return f"{sum(alike(a, b) for a, b in pairs)} of {len(pairs)}"
+
+
+def alike(one: str, other: str) -> bool:
+    """Whether two texts have the same words, and numbers within 0.1 %."""
+    if NUMBER.sub("0", one) != NUMBER.sub("0", other):
+        return False
+    pairs = zip(NUMBER.findall(one), NUMBER.findall(other))
+    return all(math.isclose(float(a), float(b), rel_tol=1e-3) for a, b in pairs)
 
 
 def main() -> int:

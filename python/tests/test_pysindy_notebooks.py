@@ -201,6 +201,9 @@ def test_prop_notebooks_run_with_one_line_changed(tmp_path: Path, monkeypatch: p
     found = notebooks.execute(tmp_path / "one.ipynb", layer=True, limit_s=120.0, every_cell=True)
     assert str(found).startswith("cell 3 of 4: AttributeError: ")
     assert found.printed == ["", "sindy.pysindy._core\n", "", "1\n"]
+    assert notebooks.alike("x' = -1.001e-3 y + 2", "x' = -1.0015e-3 y + 2")
+    assert not notebooks.alike("x' = 1.001 y", "x' = 1.003 y")
+    assert not notebooks.alike("x' = 1.001 y", "x' = 1.001 z")
     # Imports of modules need the line that replaces all of them.
     cells = [nbformat.v4.new_code_cell("import pysindy as ps\nfrom pysindy.utils import lorenz")]
     notebooks.use_layer(cells, tmp_path)

@@ -19,9 +19,10 @@ from ._pointwise import BaseFeatureLibrary
 class WeakPDELibrary(PDELibrary):
     """Integrals of functions, derivatives and their products over windows in space and time.
 
-    A window is a box around a point drawn at random by ``numpy.random``. An integral is ``∫ f φ`` with ``φ = Π (1 - s²)^p``, where
-    s runs from -1 to 1 over the window along each axis. Derivatives of a field, that in time as well, are moved to φ by parts. In
-    products half of them are; the others are those of the data, which noise disturbs. `SINDy` fits one row for each window.
+    A window is a box around a point drawn at random by ``numpy.random``. An integral is ``∫ f φ`` with ``φ = Π (1 - s²)^p``,
+    where s runs from -1 to 1 over the window along each axis. Derivatives of a field, that in time as well, are moved to φ by
+    parts. In products half of them are; the others are those of the data, which noise disturbs. `SINDy` fits one row for each
+    window.
 
     Parameters
     ----------
@@ -123,8 +124,8 @@ class WeakPDELibrary(PDELibrary):
     def _products(self, x: Array, functions: Array, orders: tuple[int, ...]) -> Array:
         """The integrals of f D u for all functions f and fields u, with half of the derivatives moved to f φ.
 
-        ``∫ f D u φ = (-1)^m ∫ D' u D" (f φ)`` with m the order of ``D"``, by the product rule. Where the order is odd, the mean of
-        both ways to halve it: derivatives of the data then cancel in u u_x.
+        ``∫ f D u φ = (-1)^m ∫ D' u D" (f φ)`` with m the order of ``D"``, by the product rule. Where the order is odd, the mean
+        of both ways to halve it: derivatives of the data then cancel in u u_x.
         """
         lines, total = self._axes(), sum(orders)
         means = []
