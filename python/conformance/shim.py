@@ -33,7 +33,7 @@ class Absent(BaseException):
 
 class _Anything(type):
     def __getattr__(cls, name: str) -> Any:
-        if name.startswith("__") or name in ("pytestmark", "_pytestfixturefunction"):
+        if name.startswith("_") or name == "pytestmark":  # what pytest's plugins look for in every name of a module
             raise AttributeError(name)
         raise Absent(cls.__name__)
 
@@ -62,7 +62,7 @@ class _Module(types.ModuleType):
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
         own = fullname == "pysindy" or fullname.startswith("pysindy.")
-        if not own and not (fullname.split(".")[0] in ("jax", "cvxpy") and not _installed(fullname)):
+        if not own and fullname.split(".")[0] not in ("jax", "cvxpy"):  # installed or not, for the same outcomes
             return None
         return importlib.machinery.ModuleSpec(fullname, self, is_package=True)
 
@@ -82,25 +82,21 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             exec(compile(source.read_text(), str(source), "exec"), module.__dict__)
 
 
-def _installed(name: str) -> bool:
-    return importlib.machinery.PathFinder.find_spec(name.split(".")[0]) is not None
-
-
 sys.meta_path.insert(0, _Finder())
 
 
-class _Lazy:
+class LazyFixture:
     """A fixture in a list of parameters, as of ``pytest-lazy-fixture``, which wants an old pytest."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
 
-pytest.lazy_fixture = _Lazy  # type: ignore[attr-defined]
+pytest.lazy_fixture = LazyFixture  # type: ignore[attr-defined]
 
 
 def pytest_make_parametrize_id(val: Any) -> str | None:
-    return val.name if isinstance(val, _Lazy) else None
+    return val.name if isinstance(val, LazyFixture) else None
 
 
 def _absent_in(value: Any) -> str | None:
@@ -126,7 +122,7 @@ def pytest_runtest_setup(item: Any) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: Any) -> None:
     for key, value in pyfuncitem.funcargs.items():
-        if isinstance(value, _Lazy):
+        if isinstance(value, LazyFixture):
             pyfuncitem.funcargs[key] = pyfuncitem._request.getfixturevalue(value.name)
 
 

@@ -40,23 +40,25 @@ print("R²", round(mixed.score(x, t=t), 4))
 # ## What differs on purpose
 #
 # Some behaviour of PySINDy is not copied. This is one case of [the list](../how-to/python.md#scripts-written-for-pysindy).
-# A simulation with an array of inputs has every time that was asked for; PySINDy drops the last.
+# An ensemble that is fitted again has the models of the last fit; PySINDy adds them to those of the fits before.
 
 # %%
-rng = np.random.default_rng(1)
 u = np.sin(3.0 * t)
 driven = solve_ivp(lambda t, s: [s[1], -2.0 * s[0] - 0.4 * s[1] + np.sin(3.0 * t)], (0.0, 10.0), [1.0, 0.0], t_eval=t, rtol=1e-10).y.T
-oscillator = ps.SINDy(optimizer=ps.STLSQ(threshold=0.1), feature_library=ps.PolynomialLibrary(degree=1))
-oscillator.fit(driven, t=t, u=u, feature_names=["x", "v", "u"])
+np.random.seed(1)
+ensemble = ps.EnsembleOptimizer(ps.STLSQ(threshold=0.1), bagging=True, n_models=5)
+oscillator = ps.SINDy(optimizer=ensemble, feature_library=ps.PolynomialLibrary(degree=1))
+for _ in range(2):
+    oscillator.fit(driven, t=t, u=u, feature_names=["x", "v", "u"])
 oscillator.print()
-print(len(t), "times,", len(oscillator.simulate(driven[0], t, u=u)), "rows")
+print(len(ensemble.coef_list), "models")
 
 # %% [markdown]
-# Kinds that are not there fail at once, before any data are read: partial differential equations, for example, have [a class of their own](../how-to/python.md#equations-of-fields).
+# Kinds that are not there fail at once, before any data are read: stable models, for example, have [invariants in their place](../how-to/python.md#a-model-from-data).
 
 # %%
 try:
-    ps.PDELibrary
+    ps.TrappingSR3
 except AttributeError as error:
     print(error)
 
@@ -66,6 +68,7 @@ except AttributeError as error:
 # Now the samples have noise of 5 % of each state's standard deviation. The right model has seven terms. Which threshold finds it?
 
 # %%
+rng = np.random.default_rng(1)
 noisy = x + 0.05 * x.std(axis=0) * rng.normal(size=x.shape)
 truth = np.zeros((3, 10))  # 1, x, y, z, x², x y, x z, y², y z, z²
 truth[0, 1:3], truth[1, [1, 2, 6]], truth[2, [3, 5]] = (-10.0, 10.0), (28.0, -1.0, -1.0), (-8.0 / 3.0, 1.0)

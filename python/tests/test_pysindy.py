@@ -169,19 +169,21 @@ def test_regress_ensembles_forget_earlier_fits() -> None:
     assert np.abs(ensemble.coef_).max() < 3.0
 
 
-def test_regress_simulations_reach_the_last_time_with_sampled_inputs() -> None:
+def test_analytic_simulations_with_inputs() -> None:
     t = np.arange(0.0, 10.0, 0.01)
     u = np.sin(3.0 * t)
     x = 1.3 * np.exp(-t) + 0.1 * np.sin(3.0 * t) - 0.3 * np.cos(3.0 * t)  # x' = -x + u
     model = ps.SINDy(feature_library=ps.IdentityLibrary()).fit(x, t, u=u)
-    run = model.simulate([x[0]], t, u=u)
     # 1e-4 of second-order slopes at a step of 0.01 in the coefficients.
-    np.testing.assert_allclose(run[:, 0], x, atol=1e-3)
+    np.testing.assert_allclose(model.simulate([x[0]], t, u=lambda t: np.sin(3.0 * t))[:, 0], x, atol=1e-3)
+    # Scripts for PySINDy compare with t[:-1].
+    with pytest.warns(UserWarning, match="last time is dropped"):
+        np.testing.assert_allclose(model.simulate([x[0]], t, u=u)[:, 0], x[:-1], atol=1e-3)
 
 
 def test_regress_what_is_not_there_is_refused() -> None:
     assert not hasattr(ps, "TrappingSR3")
     with pytest.raises(ImportError):
-        from sindy.pysindy import WeakPDELibrary  # type: ignore[attr-defined]  # noqa: F401
+        from sindy.pysindy import ParameterizedLibrary  # type: ignore[attr-defined]  # noqa: F401
     with pytest.raises(ValueError, match="inequality_constraints"):
-        ps.ConstrainedSR3(inequality_constraints=True)
+        ps.ConstrainedSR3(inequality_constraints=True, regularizer="l1")

@@ -1,8 +1,8 @@
 """PySINDy 2.1's names and signatures over this package.
 
 ``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
-(partial differential equations, weak forms in space, implicit equations, trapping and stable models, Markov chains) raise an
-`ImportError` or `AttributeError`. scikit-learn and SciPy have to be installed; `SINDyDerivative` also wants ``derivative``.
+(trapping and stable models, Markov chains) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have
+to be installed; `SINDyDerivative` also wants ``derivative``, and `SINDyPI` and inequalities want ``clarabel``.
 
 Examples
 --------
@@ -32,8 +32,11 @@ from .feature_library import (
     FourierLibrary,
     GeneralizedLibrary,
     IdentityLibrary,
+    PDELibrary,
     PolynomialLibrary,
+    SINDyPILibrary,
     TensoredLibrary,
+    WeakPDELibrary,
 )
 from .optimizers import (
     FROLS,
@@ -44,13 +47,15 @@ from .optimizers import (
     BaseOptimizer,
     ConstrainedSR3,
     EnsembleOptimizer,
+    SINDyPI,
     WrappedOptimizer,
 )
+from .utils import AxesArray
 
 __all__ = [
-    "SINDy", "DiscreteSINDy", "differentiation", "feature_library", "optimizers", "utils",
+    "AxesArray", "SINDy", "DiscreteSINDy", "differentiation", "feature_library", "optimizers", "utils",
     "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
-    "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PolynomialLibrary",
-    "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS", "MIOSR", "SR3", "SSR", "STLSQ",
-    "WrappedOptimizer",
+    "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PDELibrary",
+    "PolynomialLibrary", "SINDyPILibrary", "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS",
+    "MIOSR", "SINDyPI", "SR3", "SSR", "STLSQ", "WeakPDELibrary", "WrappedOptimizer",
 ]  # fmt: skip

@@ -16,11 +16,12 @@ from sklearn.utils.validation import check_is_fitted
 from .._data import Array
 from ._arrays import finite_rows, flat, inputs, times, trajectories
 from .differentiation import BaseDifferentiation, FiniteDifference
-from .feature_library import BaseFeatureLibrary, PolynomialLibrary
-from .optimizers import STLSQ
+from .feature_library import BaseFeatureLibrary, PolynomialLibrary, WeakPDELibrary
+from .optimizers import STLSQ, SINDyPI
 
 Self = TypeVar("Self", bound="_Model")
 _TIGHT = {"method": "LSODA", "rtol": 1e-12, "atol": 1e-12}
+_DROPPED = "the last time is dropped, as PySINDy does with sampled inputs; a function of time as u keeps it"
 _IGNORED = "u is ignored: the model was fitted without inputs"
 
 
@@ -53,6 +54,8 @@ class _Model(BaseEstimator):  # type: ignore[misc]
         joined = x if u is None else np.concatenate([x, u], axis=-1)
         terms = self.feature_library.transform(joined)
         out: Array = np.asarray(self.optimizer.predict(terms.reshape(-1, terms.shape[-1])))
+        if isinstance(self.feature_library, WeakPDELibrary):  # one row for each window
+            return out
         return out.reshape(*x.shape[:-1], -1)
 
     def predict(self, x: Any, u: Any = None) -> Any:
@@ -124,10 +127,19 @@ class SINDy(_Model):
         """States, smoothed where the method smooths, and their slopes."""
         method, states, slopes = self.differentiation_method, [], []
         assert method is not None
+        if isinstance(self.feature_library, WeakPDELibrary):
+            return x, [self.feature_library.weak_slopes(run) for run in x]
         for run, t in zip(x, each):
             slopes.append(np.asarray(method(run, t)))
             states.append(np.asarray(getattr(method, "smoothed_x_", run)))
         return states, slopes
+
+    def _given(self, x: list[Array], slopes: list[Array]) -> list[Array]:
+        """Slopes that were given, integrated over windows where terms are."""
+        library = self.feature_library
+        if not isinstance(library, WeakPDELibrary):
+            return slopes
+        return [library.weak_slopes(run, slope) for run, slope in zip(x, slopes)]
 
     def fit(
         self: Self,
@@ -158,7 +170,7 @@ class SINDy(_Model):
         if x_dot is None:
             runs, slopes = self._slopes(runs, each)
         else:
-            slopes = trajectories("x_dot", x_dot, runs, many)
+            slopes = self._given(runs, trajectories("x_dot", x_dot, runs, many))
         self._learn(runs, slopes, given, feature_names)
         return self
 
@@ -172,7 +184,12 @@ class SINDy(_Model):
     def print(self, lhs: Sequence[str] | None = None, precision: int = 3, **kwargs: Any) -> None:
         """Prints the equations; `lhs` replaces the left-hand sides, other options are those of Python's `print`."""
         texts = self.equations(precision)
-        names = [f"({name})'" for name in self.feature_names or []] if lhs is None else list(lhs)
+        if lhs is not None:
+            names = list(lhs)
+        elif isinstance(self.optimizer, SINDyPI):
+            names = [f"({name})" for name in self.get_feature_names()]
+        else:
+            names = [f"({name})'" for name in self.feature_names or []]
         for name, text in zip(names, texts):
             print(f"{name} = {text}", **kwargs)
 
@@ -191,7 +208,8 @@ class SINDy(_Model):
         runs = trajectories("x", x)
         each = times(t, runs, many)
         predicted = self.predict(x, u)
-        slopes = self._slopes(runs, each)[1] if x_dot is None else trajectories("x_dot", x_dot, runs, many)
+        given = None if x_dot is None else trajectories("x_dot", x_dot, runs, many)
+        slopes = self._slopes(runs, each)[1] if given is None else self._given(runs, given)
         return _measure(metric, slopes, predicted if many else [predicted], metric_kws)
 
     def simulate(
@@ -213,7 +231,7 @@ class SINDy(_Model):
         t : array
             Times.
         u : array or callable, optional
-            Inputs at these times, or a function of time.
+            Inputs at these times, or a function of time. With an array the last time is dropped: scripts for PySINDy expect it.
         integrator : {"solve_ivp", "odeint"}
         interpolator : callable, optional
             ``interpolator(t, u, **interpolator_kws)`` gives a function of time; cubic by default.
@@ -233,6 +251,8 @@ class SINDy(_Model):
                 u = interp1d(t, u, axis=0, kind="cubic", fill_value="extrapolate")
             else:
                 u = interpolator(t, u, **(interpolator_kws or {}))
+            t = t[:-1]
+            warnings.warn(_DROPPED, stacklevel=2)
 
         def rhs(time: float, state: Array) -> Array:
             given = None if u is None else np.asarray(u(time), dtype=np.float64).reshape(1, -1)

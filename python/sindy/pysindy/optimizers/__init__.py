@@ -2,6 +2,7 @@
 
 from ._base import BaseOptimizer, EnsembleOptimizer, WrappedOptimizer
 from ._best import MIOSR
+from ._convex import SINDyPI
 from ._greedy import FROLS, SSR
 from ._sr3 import SR3, ConstrainedSR3
 from ._stlsq import STLSQ
@@ -12,6 +13,7 @@ __all__ = [
     "EnsembleOptimizer",
     "FROLS",
     "MIOSR",
+    "SINDyPI",
     "SR3",
     "SSR",
     "STLSQ",

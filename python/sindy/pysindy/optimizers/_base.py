@@ -130,6 +130,7 @@ class BaseOptimizer(RegressorMixin, MultiOutputMixin, BaseEstimator):  # type: i
             lengths = np.linalg.norm(x, axis=0)
             lengths[lengths == 0.0] = 1.0
             x = x / lengths
+        self._lengths = lengths
         self._start(x, y)
         self._reduce(x, y, **reduce_kws)
         self.ind_ = np.abs(self.coef_) > ZERO

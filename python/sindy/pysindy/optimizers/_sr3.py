@@ -12,6 +12,7 @@ from sklearn.exceptions import ConvergenceWarning
 from ..._data import Array
 from ..utils import capped_simplex_projection, get_prox, get_regularization, reorder_constraints
 from ._base import BaseOptimizer
+from ._convex import check_penalty, minimise
 
 Self = TypeVar("Self", bound="SR3")
 _PENALTIES = ("l0", "l1", "l2", "weighted_l0", "weighted_l1", "weighted_l2")
@@ -154,22 +155,22 @@ class SR3(BaseOptimizer):
 class ConstrainedSR3(SR3):
     """`SR3` whose coefficients w keep linear equations, which may reach over several equations of the model.
 
-    Inequalities are not there.
+    With inequalities u and ν are not there: w minimises ``|y - X w|² + λ R(w)``, by the package ``clarabel``, and is the result.
 
     Parameters
     ----------
     constraint_lhs : ndarray of shape (n_constraints, n_targets * n_terms), optional
-        C of ``C w = d``.
+        C of ``C w = d`` or ``C w ≤ d``.
     constraint_rhs : ndarray of shape (n_constraints,), optional
         d.
     constraint_order : {"target", "feature"}
         Whether columns of C run over the terms of the first equation first, or over the equations of the first term.
-    equality_constraints : bool
-        There for compatibility: constraints are equations.
-    inequality_constraints : bool
-        Has to be False.
-    constraint_separation_index, verbose_cvxpy
-        There for compatibility.
+    equality_constraints, inequality_constraints : bool
+        Whether there are rows with ``=``, and rows with ``≤``; equations by default.
+    constraint_separation_index : int, optional
+        With both, the number of inequalities, which stand first.
+    verbose_cvxpy : bool
+        Whether the solver of inequalities prints its iterations.
     """
 
     def __init__(
@@ -215,20 +216,43 @@ class ConstrainedSR3(SR3):
             raise ValueError(f"constraint_order: expected target or feature, found {self.constraint_order}")
         if given and self.unbias:
             raise ValueError("unbias: expected False with constraints, which it does not keep; found True")
-        if given and self.normalize_columns:
-            raise ValueError("normalize_columns: expected False with constraints, which are in units of the terms")
         if self.inequality_constraints:
-            raise ValueError("inequality_constraints: expected False, for only equations are there; found True")
+            check_penalty(self.regularizer)
+            if not given:
+                raise ValueError("constraint_lhs, constraint_rhs: expected both with inequality_constraints, found neither")
+            if self.use_trimming:
+                raise ValueError(f"trimming_fraction: expected 0 with inequalities, found {self.trimming_fraction}")
+            if self.equality_constraints and self.constraint_separation_index is None:
+                raise ValueError("constraint_separation_index: expected the number of inequalities, found None")
+
+    def _left(self, terms: int, targets: int, order: str) -> Array:
+        """The constraints' rows, in an order of columns, for the coefficients of normalised columns."""
+        left = np.atleast_2d(np.asarray(self.constraint_lhs, dtype=np.float64))
+        if left.shape[1] != terms * targets:
+            raise ValueError(f"constraint_lhs: expected {terms * targets} columns, found {left.shape[1]}")
+        if self.constraint_order != order:
+            left = reorder_constraints(left, terms, order)
+        lengths = np.repeat(self._lengths, targets) if order == "feature" else np.tile(self._lengths, targets)
+        return np.asarray(left / lengths)
+
+    def _reduce(self, x: Array, y: Array) -> None:
+        if not self.inequality_constraints:
+            super()._reduce(x, y)
+            return
+        left = self._left(x.shape[1], y.shape[1], "target")
+        right = np.asarray(self.constraint_rhs, dtype=np.float64).reshape(-1)
+        below = self.constraint_separation_index if self.equality_constraints else len(left)
+        self.coef_ = self.coef_full_ = minimise(
+            x, y, self.regularizer, self.reg_weight_lam, (left[:below], right[:below]), (left[below:], right[below:]),
+            self.tol, self.verbose_cvxpy,
+        )  # fmt: skip
+        self.history_.append(self.coef_)
 
     def _relaxed(self, gram: Array, right: Array) -> Array:
         if self.constraint_lhs is None:
             return super()._relaxed(gram, right)
         terms, targets = right.shape
-        left = np.atleast_2d(np.asarray(self.constraint_lhs, dtype=np.float64))
-        if left.shape[1] != terms * targets:
-            raise ValueError(f"constraint_lhs: expected {terms * targets} columns, found {left.shape[1]}")
-        if self.constraint_order == "target":
-            left = reorder_constraints(left, terms)
+        left = self._left(terms, targets, "feature")
         # Lagrange multipliers: first the free solution, then the smallest correction in the metric of the Gram matrix.
         factor = cho_factor(gram)
         free = cho_solve(factor, right)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._data import Array
+from ..._data import Array
 
 Penalty = Callable[[Any, Any], Any]
 

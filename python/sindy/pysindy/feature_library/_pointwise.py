@@ -1,4 +1,4 @@
-"""Candidate terms under PySINDy's names, evaluated by NumPy."""
+"""Candidate terms of one row under PySINDy's names, evaluated by NumPy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from sklearn.base import BaseEstimator
 from sklearn.utils.validation import check_is_fitted
 
-from .._data import Array
+from ..._data import Array
 
 Self = TypeVar("Self", bound="BaseFeatureLibrary")
 
