@@ -41,7 +41,7 @@ HEAD = """\
 def download(folder: Path) -> Path:
     """The source distribution, by pip."""
     subprocess.run(
-        [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--no-binary", ":all:", "pysindy==2.1.0", "-d", folder],
+        [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--no-binary", "pysindy", "pysindy==2.1.0", "-d", folder],
         check=True,
     )
     return next(folder.glob("pysindy-*.tar.gz"))
