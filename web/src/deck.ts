@@ -3,11 +3,27 @@
 import type uPlot from 'uplot';
 import { download, el, failure, isCancelled, number, reason, table } from './dom';
 import { draw, shade, type Plot } from './plots';
-import { CONTROLLERS, DECKS, fromHash, LANDINGS, NOBODY, toHash, toml, whole, type Scenario } from './scenario';
+import {
+  cardsOf,
+  CONTROLLERS,
+  DECKS,
+  fromHash,
+  LANDINGS,
+  MODELS,
+  NOBODY,
+  side,
+  toHash,
+  toml,
+  whole,
+  type Model,
+  type Scenario,
+  type Side,
+} from './scenario';
 import { phaseAt, viewIn, type View, type Landing } from './scene';
+import { Legend } from './legend';
 import { Playback } from './playback';
 import { Crowd } from './crowd';
-import type { Lab } from './state';
+import type { CardFile, Lab, Use } from './state';
 
 const SLIDERS = [
   ['height_m', 'Wave height, or amplitude (m)', 0, 1.5, 0.05],
@@ -28,11 +44,17 @@ const ROWS = [
   ['greatest_foot_n', 'Greatest force on a foot (N)'],
 ] as const;
 
+/** What a card is for, in words. */
+const USES: Record<Use, string> = { thrust: 'Thrust', dynamic: 'Ground effect', empirical: 'Ground effect, empirical law' };
+
 export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   let scenario = fromHash(location.hash);
   /** Null where the browser cannot draw one: all else is shown. */
   let view: View | null | undefined;
   let landings: Landing[] = [];
+  /** The cards of the landings. */
+  let flownCards = lab.cards;
+  let running: AbortController | undefined;
   let plots: uPlot[] = [];
   const still = matchMedia('(prefers-reduced-motion: reduce)');
   const options = (of: readonly (readonly [string, string])[]) =>
@@ -40,7 +62,9 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   const selects = {
     deck: el('select', { id: 'deck-motion' }, ...options(DECKS)),
     first: el('select', { id: 'first' }, ...options(CONTROLLERS)),
+    first_model: el('select', { id: 'first-model' }, ...options(MODELS)),
     second: el('select', { id: 'second' }, ...options(CONTROLLERS), el('option', { value: NOBODY }, 'Nobody')),
+    second_model: el('select', { id: 'second-model' }, ...options(MODELS)),
   };
   const integer = (id: string) => el('input', { id, type: 'number', min: 0, step: 1 });
   const numbers = { seed: integer('seed'), landing: integer('landing') };
@@ -52,13 +76,17 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     return { key, label, input, value };
   });
   const fly = el('button', { type: 'button', id: 'fly', class: 'primary' }, 'Fly');
+  const cancel = el('button', { type: 'button', id: 'fly-cancel', hidden: true, onclick: () => running?.abort() }, 'Cancel');
   const play = el('button', { type: 'button', id: 'play', disabled: true }, 'Play');
   const record = el('button', { type: 'button', id: 'mcap', disabled: true }, 'Download MCAP');
   const share = el('button', { type: 'button', id: 'share' }, 'Copy link');
   const time = el('input', { type: 'range', id: 'time', min: 0, max: 1, step: 0.01, value: 0, 'aria-label': 'Time' });
   const now = el('output', { for: 'time' }, '0.00 s');
   const state = el('p', { role: 'status', class: 'state', id: 'deck-state' });
+  const problem = el('div', { id: 'deck-problem' });
+  const missing = el('div', { id: 'missing-cards' });
   const box = el('div', { class: 'view' });
+  const legend = new Legend();
   const charts = el('div', { class: 'charts' });
   const outcome = el('div', { id: 'outcome' });
   const cards = el('ul', { class: 'cards' });
@@ -81,70 +109,113 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       ...scenario,
       deck: selects.deck.value as Scenario['deck'],
       first: selects.first.value,
+      first_model: selects.first_model.value as Model,
       second: selects.second.value,
+      second_model: selects.second_model.value as Model,
       seed: whole(Number(numbers.seed.value), Number.MAX_SAFE_INTEGER),
       landing: whole(Number(numbers.landing.value), LANDINGS - 1),
     };
     for (const { key, input } of sliders) scenario[key] = Number(input.value);
   }
 
-  /** Files of the scenario for a controller: it and the cards that fly. */
-  function files(controller: string): Map<string, Blob> {
-    const own = lab.cards.map((card) => [card.kind === 'thrust' ? 'thrust' : 'dynamic', card.toml] as const);
-    const text = toml(scenario, controller, own.map(([kind]) => kind));
-    const all: [string, string][] = [['in/sweep.toml', text], ...own.map(([kind, of]): [string, string] => [`in/${kind}.toml`, of])];
+  /** Files of the scenario for a side: it and the cards that fly. */
+  function files(of: Side): Map<string, Blob> {
+    const cards = of.cards.map((card): [string, string] => [`in/${card.use}.toml`, card.toml]);
+    const all: [string, string][] = [['in/sweep.toml', toml(scenario, of)], ...cards];
     return new Map(all.map(([name, content]) => [name, new Blob([content])]));
   }
 
-  const controllers = () => [scenario.first, scenario.second].filter((name) => name !== NOBODY);
-  const label = (name: string) => CONTROLLERS.find(([value]) => value === name)?.[1] ?? name;
+  const first = () => side(scenario.first, scenario.first_model, lab.cards);
+  const sides = () =>
+    scenario.second === NOBODY ? [first()] : [first(), side(scenario.second, scenario.second_model, lab.cards)];
 
-  async function start(): Promise<void> {
-    read();
-    history.replaceState(null, '', `#${toHash(scenario)}`);
-    crowd.stop();
-    playback.stop();
-    fly.disabled = true;
-    state.textContent = 'Flying …';
-    const since = performance.now();
-    try {
-      const request = { task: 'land', sweep: '/in/sweep.toml', landing: scenario.landing };
-      const answers = await Promise.all(
-        controllers().map((name) => lab.calculator.ask<Landing>(request, files(name))),
-      );
-      landings = answers.map(({ result }) => result);
-      const seconds = ((performance.now() - since) / 1000).toFixed(2);
-      state.textContent = [`Flown in ${seconds} s.`, landings[0]?.vehicle].filter(Boolean).join(' ');
-      show();
-    } catch (error) {
-      if (!isCancelled(error)) {
-        state.textContent = '';
-        outcome.replaceChildren(failure(reason(error)));
-      }
-    } finally {
-      fly.disabled = false;
-    }
+  /** A controller in words, with its model where there is a choice. */
+  function label({ controller, model }: Side): string {
+    const words = CONTROLLERS.find(([value]) => value === controller)?.[1] ?? controller;
+    const chosen = lab.cards.length > 0 && model !== 'none';
+    return chosen ? `${words} (${model === 'own' ? 'own card' : 'built-in'})` : words;
   }
 
-  function show(): void {
+  /** Sets the address to the scenario, which a link then shows. */
+  function address(): void {
+    const own = lab.cards.map(({ use }) => use).filter((use) => sides().some((of) => of.cards.some((card) => card.use === use)));
+    history.replaceState(null, '', `#${toHash(scenario, own)}`);
+  }
+
+  /** Does work that can be cancelled; its text is shown at the end. */
+  async function work(text: string, of: (signal: AbortSignal) => Promise<string>): Promise<void> {
+    running?.abort();
+    const own = (running = new AbortController());
+    problem.replaceChildren();
+    fly.disabled = record.disabled = true;
+    cancel.hidden = false;
+    state.textContent = text;
+    let end = '';
+    try {
+      end = await of(own.signal);
+    } catch (error) {
+      if (isCancelled(error)) end = 'Cancelled.';
+      else if (running === own) problem.replaceChildren(failure(reason(error)));
+    }
+    // Other work has begun: the page shows that.
+    if (running !== own) return;
+    running = undefined;
+    state.textContent = end;
+    cancel.hidden = true;
+    fly.disabled = false;
+    record.disabled = landings.length === 0;
+  }
+
+  /** Flies the scenario of the controls; that of a link keeps its address. */
+  async function start(fromLink = false): Promise<void> {
+    read();
+    if (!fromLink) address();
+    missingCards(fromLink ? cardsOf(location.hash) : []);
+    crowd.stop();
+    playback.stop();
+    const since = performance.now();
+    await work('Flying …', async (signal) => {
+      const request = { task: 'land', sweep: '/in/sweep.toml', landing: scenario.landing };
+      const [flown, cards] = [sides(), lab.cards];
+      const asked = flown.map((of) => lab.calculator.ask<Landing>(request, files(of), signal));
+      landings = (await Promise.all(asked)).map(({ result }) => result);
+      flownCards = cards;
+      const seconds = ((performance.now() - since) / 1000).toFixed(2);
+      show(flown);
+      return [`Flown in ${seconds} s.`, landings[0]?.vehicle].filter(Boolean).join(' ');
+    });
+  }
+
+  /** Says that a link was made with own cards which are not here. */
+  function missingCards(stated: Use[]): void {
+    const absent = stated.filter((use) => !lab.card(use)).map((use) => USES[use].toLowerCase());
+    const text =
+      `This link was made with own cards (${absent.join('; ')}). A link does not hold cards, so built-in models fly here and ` +
+      'the landing is another one. To fly the same, identify the cards in step 2 from the same logs.';
+    missing.replaceChildren(...(absent.length > 0 ? [el('div', { class: 'warning', role: 'status' }, text)] : []));
+  }
+
+  function show(flown: Side[]): void {
     if (view === undefined) view = viewIn(box);
-    view?.load(landings, [shade(0), shade(1)]);
+    const colours = [shade(0), shade(1)];
+    const names = flown.map(label);
+    view?.load(landings, colours);
+    legend.load(landings, colours, names);
     const end = Math.max(...landings.map(({ frames }) => frames.time_s.at(-1) ?? 0));
     time.max = String(end);
-    play.disabled = record.disabled = false;
-    const names = controllers();
+    play.disabled = false;
     const value = (landing: Landing, key: string) => landing.row.find(([name]) => name === key)?.[1] ?? '';
     const text = (of: string) => (of === '' ? '–' : Number.isNaN(Number(of)) ? of.replaceAll('_', ' ') : number(Number(of)));
     outcome.replaceChildren(
       table(
         'Outcome',
-        ['', ...names.map(label)],
+        ['', ...names],
         ROWS.map(([key, words]) => [words, ...landings.map((landing) => text(value(landing, key)))]),
       ),
     );
     for (const plot of plots) plot.destroy();
     charts.replaceChildren();
-    plots = figures(landings, names.map(label)).map((plot) => {
+    plots = figures(landings, names).map((plot) => {
       const place = el('div', { class: 'plot' });
       charts.append(place);
       return draw(place, plot, { height: 230, cursor: { sync: { key: 'deck' }, drag: { x: false, y: false } } });
@@ -155,7 +226,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
         seek(at);
       });
     }
-    file.textContent = toml(scenario, scenario.first, lab.cards.map((card) => (card.kind === 'thrust' ? 'thrust' : 'dynamic')));
+    file.textContent = toml(scenario, flown[0]!);
     seek(0);
     if (!still.matches) playback.run();
   }
@@ -164,20 +235,25 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     time.value = String(at);
     now.textContent = `${Number(time.value).toFixed(2)} s, ${landings[0] ? phaseAt(landings[0], at) : ''}`;
     view?.show(at);
+    legend.show(Number(time.value));
     for (const plot of plots) {
       plot.setCursor({ left: plot.valToPos(at, 'x'), top: 0 }, false);
     }
   }
 
   async function save(): Promise<void> {
-    const request = { task: 'record', sweep: '/in/sweep.toml', landing: scenario.landing, out: '/out' };
-    const { written } = await lab.calculator.ask(request, files(scenario.first));
-    for (const [name, bytes] of written) download(name, bytes as BlobPart, 'application/octet-stream');
+    const before = state.textContent ?? '';
+    await work('Recording …', async (signal) => {
+      const request = { task: 'record', sweep: '/in/sweep.toml', landing: scenario.landing, out: '/out' };
+      const { written } = await lab.calculator.ask(request, files(first()), signal);
+      for (const [name, bytes] of written) download(name, bytes as BlobPart, 'application/octet-stream');
+      return before;
+    });
   }
 
   async function copy(): Promise<void> {
     read();
-    history.replaceState(null, '', `#${toHash(scenario)}`);
+    address();
     try {
       await navigator.clipboard.writeText(location.href);
       state.textContent = 'The link is copied. Cards are not in it.';
@@ -187,16 +263,32 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   }
 
   function listCards(): void {
+    for (const select of [selects.first_model, selects.second_model]) {
+      select.querySelector<HTMLOptionElement>('[value=own]')!.disabled = !lab.cards.some(({ use }) => use !== 'thrust');
+    }
     const none = el('li', {}, 'The built-in models fly. Cards of step 2 replace them.');
     const items = lab.cards.map((card) =>
       el(
         'li',
         {},
-        `${card.kind === 'thrust' ? 'Thrust' : 'Ground effect'}: ${card.name} `,
-        el('button', { type: 'button', onclick: () => lab.remove(card.kind) }, 'Remove'),
+        `${USES[card.use]}: ${card.name} `,
+        el('button', { type: 'button', onclick: () => lab.remove(card.use) }, 'Remove'),
       ),
     );
     cards.replaceChildren(...(items.length > 0 ? items : [none]));
+  }
+
+  /** An own ground effect flies beside the same controller without it. */
+  function receive({ use }: CardFile): void {
+    read();
+    // A side that flies it already, as that of a link, stays.
+    if (use === 'thrust' || sides().some((of) => of.model === 'own' && of.use === use)) return;
+    if (use === 'empirical') scenario.first = 'empirical';
+    else if (!scenario.first.startsWith('dynamic')) scenario.first = 'dynamic+observer';
+    scenario.first_model = 'own';
+    scenario.second = scenario.first;
+    scenario.second_model = 'none';
+    fill();
   }
 
   fly.addEventListener('click', () => void start());
@@ -205,15 +297,17 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   addEventListener('hashchange', () => {
     scenario = fromHash(location.hash);
     fill();
+    void start(true);
   });
   lab.watch(listCards);
+  lab.receive(receive);
   listCards();
   fill();
   const field = (text: string, input: HTMLElement, value?: HTMLElement) =>
     el('label', { class: 'field' }, el('span', {}, text, value ? ' ' : null, value ?? null), input);
   const many = crowd.panel(() => {
     read();
-    return controllers().map((name) => ({ name: label(name), files: files(name) }));
+    return sides().map((of) => ({ name: label(of), files: files(of) }));
   });
   panel.append(
     el(
@@ -222,14 +316,19 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       field('Deck', selects.deck),
       ...sliders.map(({ label: text, input, value }) => field(text, input, value)),
       field('Controller', selects.first),
+      field('Its ground-effect model', selects.first_model),
       field('Ghost', selects.second),
+      field('The ghost’s ground-effect model', selects.second_model),
       field('Seed', numbers.seed),
       field('Landing', numbers.landing),
     ),
     cards,
-    el('div', { class: 'row' }, fly, play, record, share),
+    missing,
+    el('div', { class: 'row' }, fly, cancel, play, record, share),
     state,
+    problem,
     box,
+    legend.element,
     el('div', { class: 'scrub' }, time, now),
     el(
       'div',
@@ -240,7 +339,8 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   );
   return {
     shown: () => {
-      if (landings.length === 0 && !fly.disabled) void start();
+      // Cards that have come or gone since make other landings.
+      if ((landings.length === 0 || flownCards !== lab.cards) && !running) void start(landings.length === 0 && location.hash.length > 1);
     },
   };
 }
@@ -250,7 +350,8 @@ function figures(landings: Landing[], names: string[]): Plot[] {
   const of = (pick: (landing: Landing) => number[], suffix = '') =>
     landings.map((landing, k) => ({
       name: `${names[k]}${suffix}`,
-      style: 'line' as const,
+      // Not by its colour alone.
+      style: k === 0 ? ('line' as const) : ('dashed' as const),
       x: landing.frames.time_s,
       y: pick(landing),
     }));
@@ -266,7 +367,7 @@ function figures(landings: Landing[], names: string[]): Plot[] {
         ...of((l) => l.frames.ground_effect_n),
         {
           name: `${names[0]}: counted on`,
-          style: 'line',
+          style: 'dotted',
           x: first.frames.time_s,
           y: first.frames.counted_ground_effect_n,
         },

@@ -22,7 +22,9 @@ export function el<K extends keyof HTMLElementTagNameMap>(
 /** A table in a box that scrolls sideways; numbers at the right. */
 export function table(caption: string, header: string[], rows: Child[][]): HTMLElement {
   const isNumber = header.map((_, column) =>
-    rows.every((row) => typeof row[column] !== 'string' || /^[-−≤–\d.e+ ]*$/.test(row[column] as string)),
+    rows.every(({ [column]: child }) =>
+      typeof child === 'string' ? /^[-−≤–\d.e+ ]*$/.test(child) : child == null || child instanceof HTMLSpanElement,
+    ),
   );
   const cell = (tag: 'td' | 'th', child: Child, column: number) =>
     el(tag, isNumber[column] ? { class: 'number' } : {}, child);

@@ -1,6 +1,6 @@
 // Step 1: what is in a log, and the map that makes channels of it.
 
-import { digits, el, failure, isCancelled, number, reason, table, warnings } from './dom';
+import { digits, download, el, failure, isCancelled, number, reason, table, warnings } from './dom';
 import { figure, type Plot } from './plots';
 import type { Lab, LogFile } from './state';
 
@@ -57,6 +57,8 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
     el('span', {}, 'ULog, DataFlash .bin, MCAP, ROS bag, CSV, Parquet. Nothing is uploaded.'),
   );
   const state = el('p', { role: 'status', class: 'state' });
+  const cancel = el('button', { type: 'button', id: 'log-cancel', hidden: true, onclick: () => running.abort() }, 'Cancel');
+  const keep = el('button', { type: 'button', id: 'save-logs', hidden: true, onclick: saveLogs }, 'Download the example');
   const choice = el('select', { id: 'which-log', 'aria-label': 'Log to show' });
   const map = el('textarea', { id: 'map', rows: 10, spellcheck: 'false' });
   const mapState = el('p', { role: 'status', class: 'state' });
@@ -75,46 +77,62 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
   );
   const shown = el('div', { id: 'inspection' });
   let running = new AbortController();
-  let suggested = '';
+
+  /** Does work that can be cancelled; other work ends it. */
+  async function work(text: string, of: (signal: AbortSignal) => Promise<void>, failed: (error: unknown) => void): Promise<void> {
+    running.abort();
+    const own = (running = new AbortController());
+    state.textContent = text;
+    cancel.hidden = false;
+    try {
+      await of(own.signal);
+    } catch (error) {
+      if (running === own) {
+        state.textContent = isCancelled(error) ? 'Cancelled.' : '';
+        if (!isCancelled(error)) failed(error);
+      }
+    }
+    if (running === own) cancel.hidden = true;
+  }
 
   async function show(): Promise<void> {
-    running.abort();
-    running = new AbortController();
-    const { signal } = running;
     const log = lab.logs[choice.selectedIndex];
     if (!log) return;
-    state.textContent = `Reading ${log.name} …`;
     const { paths, files } = lab.files([log]);
     const request = { task: 'inspect', log: paths[0], map: lab.map === '' ? null : lab.map };
-    try {
+    const read = async (signal: AbortSignal) => {
       const { result } = await lab.calculator.ask<Inspected>(request, files, signal);
       state.textContent = summary(log, result);
       mapState.textContent = lab.map === '' ? '' : 'The map fits this log.';
-      if (lab.map === '' && result.suggested_map && !result.recommended_map) {
-        suggested = result.suggested_map;
-      }
-      const start = lab.map === '' && result.channels === null && suggested !== '';
-      const offer = start ? el('button', { type: 'button', onclick: takeSuggestion }, 'Use the suggested map') : null;
-      shown.replaceChildren(...content(result, offer));
-    } catch (error) {
-      if (isCancelled(error)) return;
-      state.textContent = '';
+      shown.replaceChildren(...content(result, lab.map === '' ? offer(result) : null));
+    };
+    await work(`Reading ${log.name} …`, read, (error) => {
       if (lab.map === '') shown.replaceChildren(failure(reason(error)));
       else mapState.textContent = reason(error);
-    }
+    });
   }
 
-  function takeSuggestion(): void {
-    editor.open = true;
-    map.value = suggested;
-    lab.map = suggested;
-    void show();
+  /** A button that puts the map of a log into the editor: the built-in one that fits, or one to start from. */
+  function offer({ suggested_map: suggested, recommended_map: builtIn, channels }: Inspected): HTMLElement | null {
+    if (!suggested) return null;
+    const text = builtIn ? `Edit the built-in map ${builtIn}` : channels ? 'Edit a map of these columns' : 'Use the suggested map';
+    const take = () => {
+      editor.open = true;
+      lab.map = map.value = suggested;
+      void show();
+    };
+    return el('button', { type: 'button', id: 'use-map', onclick: take }, text);
   }
 
-  function add(logs: LogFile[]): void {
+  function saveLogs(): void {
+    for (const { name, content } of lab.logs) download(name, content, 'application/octet-stream');
+  }
+
+  function add(logs: LogFile[], isExample = false): void {
     lab.logs = logs;
     lab.map = map.value = '';
-    suggested = '';
+    mapState.textContent = '';
+    keep.hidden = !isExample;
     choice.replaceChildren(...logs.map((log) => el('option', {}, log.name)));
     choice.hidden = logs.length < 2;
     shown.replaceChildren();
@@ -127,14 +145,11 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
   );
 
   async function example(name: string): Promise<void> {
-    state.textContent = 'Simulating …';
-    try {
-      const { written } = await lab.calculator.ask({ task: 'example', name, out: '/out' });
-      add([...written].map(([file, bytes]) => ({ name: file, content: new Blob([bytes as BlobPart]) })));
-    } catch (error) {
-      state.textContent = '';
-      shown.replaceChildren(failure(reason(error)));
-    }
+    const simulate = async (signal: AbortSignal) => {
+      const { written } = await lab.calculator.ask({ task: 'example', name, out: '/out' }, new Map(), signal);
+      add([...written].map(([file, bytes]) => ({ name: file, content: new Blob([bytes as BlobPart]) })), true);
+    };
+    await work('Simulating …', simulate, (error) => shown.replaceChildren(failure(reason(error))));
   }
 
   let rest: ReturnType<typeof setTimeout> | undefined;
@@ -158,7 +173,7 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
     });
   }
   choice.hidden = true;
-  panel.append(input, zone, el('div', { class: 'row' }, ...examples), state, choice, editor, shown);
+  panel.append(input, zone, el('div', { class: 'row' }, ...examples, keep), el('div', { class: 'row' }, state, cancel), choice, editor, shown);
 }
 
 function summary(log: LogFile, of: Inspected): string {
@@ -190,7 +205,7 @@ function content(of: Inspected, offer: HTMLElement | null): (Node | string)[] {
     const rows = of.topics.topics.map((t) => [
       t.key,
       String(t.messages),
-      digits(t.rate_hz),
+      number(t.rate_hz),
       String(t.gaps),
       String(t.fields.length),
     ]);

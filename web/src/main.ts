@@ -37,6 +37,9 @@ STEPS.forEach((step, k) => {
   });
 });
 
+// The deck flies the scenario of an address that a person types or pastes.
+addEventListener('hashchange', () => open('deck'));
+
 // A dropped file that misses the zone must not replace the page.
 for (const name of ['dragover', 'drop']) addEventListener(name, (event) => event.preventDefault());
 

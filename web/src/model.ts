@@ -2,7 +2,7 @@
 
 import { digits, download, el, failure, isCancelled, number, reason, table, warnings } from './dom';
 import { figure, type Plot } from './plots';
-import type { Lab } from './state';
+import type { Lab, Vehicle } from './state';
 
 interface Term {
   of: string;
@@ -19,6 +19,7 @@ interface Card {
   kind: 'thrust' | 'ground_effect';
   form: string;
   equation: string;
+  vehicle: Vehicle;
   terms: Term[];
   warnings: string[];
 }
@@ -181,7 +182,7 @@ function content(of: Identified, lab: Lab): Node[] {
   return parts.filter((part): part is Node => part !== null);
 }
 
-const interval = ([low, high]: [number, number], factor = 1) => `${digits(factor * low)} to ${digits(factor * high)}`;
+const interval = ([low, high]: [number, number]) => `${digits(low)} to ${digits(high)}`;
 
 function flight(of: Flight): (Node | null)[] {
   const numbers = of.numbers.map((n) => [n.name.replaceAll('_', ' '), number(n.value), interval(n.ci95), n.unit]);
@@ -189,9 +190,10 @@ function flight(of: Flight): (Node | null)[] {
   const routes = (of.routes ?? []).map((r) => [
     `${basis(r.basis)}${r.taken ? ' (taken)' : ''}`,
     r.refused ??
-      r.extra_lift
-        .map((at) => `${digits(100 * at.value)} % (${interval(at.ci95, 100)}) at ${digits(at.height_m)} m`)
-        .join('; '),
+      el('div', {}, ...r.extra_lift.map(({ value, ci95: [low, high], height_m }) => {
+        const [lift, from, to] = [value, low, high].map((share) => number(100 * share));
+        return el('div', {}, lift!, ' % (', from!, ' to ', to!, ') at ', number(height_m), ' m');
+      })),
   ]);
   return [
     table(
@@ -222,7 +224,8 @@ function card(fit: Fit, lab: Lab): HTMLElement {
   ]);
   const fly = el('button', { type: 'button', class: 'fly' }, 'Fly it on the deck');
   fly.addEventListener('click', () => {
-    lab.put({ kind: card.kind, name: card.name, toml });
+    const use = card.kind === 'thrust' ? 'thrust' : card.form === 'empirical' ? 'empirical' : 'dynamic';
+    lab.put({ use, name: card.name, vehicle: card.vehicle, toml });
     fly.textContent = 'On the deck: step 3';
   });
   const lag = fit.lag_s === null ? '' : `, lag ${digits(fit.lag_s)} s`;

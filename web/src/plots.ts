@@ -18,7 +18,7 @@ export interface Plot {
 
 export interface Series {
   name: string;
-  style: 'line' | 'dashed' | 'line_points' | 'points' | 'low' | 'high';
+  style: 'line' | 'dashed' | 'dotted' | 'line_points' | 'points' | 'low' | 'high';
   x: (number | null)[];
   y: (number | null)[];
 }
@@ -33,6 +33,9 @@ export function shade(k: number): string {
   const place = dark && (at === 0 || at === 5) ? 5 - at : at;
   return COLOURS[place]!;
 }
+
+/** Dashes and gaps of lines, in pixels. */
+const DASHES: Partial<Record<Series['style'], number[]>> = { dashed: [7, 4], dotted: [2, 3] };
 
 const drawn = new Set<uPlot>();
 
@@ -52,16 +55,17 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
       label: s.name === '' ? plot.y : s.style === 'low' ? `${s.name}, from` : s.style === 'high' ? `${s.name}, to` : s.name,
       stroke,
       width: bound ? 1 : 1.5,
-      dash: bound || s.style === 'dashed' ? [4, 4] : undefined,
+      dash: bound ? [4, 4] : DASHES[s.style],
       spanGaps: true,
       // Lines that end between two pixels are smooth.
       pxAlign: 0,
       paths: s.style === 'points' ? () => null : undefined,
-      points: s.style.endsWith('points') ? { show: true, size: s.x.length < 100 ? 6 : 4, fill: stroke } : { show: false },
+      points: s.style.endsWith('points') ? { show: true, paths: dots(stroke, s.x.length < 100 ? 6 : 4) } : { show: false },
       value: (_: uPlot, v: number | null) => (v == null ? '–' : v.toPrecision(5)),
     };
   });
   const low = plot.series.findIndex((s) => s.style === 'low');
+  const samples = [undefined, ...plot.series.map((s) => (s.style in DASHES ? s.style : s.style === 'low' || s.style === 'high' ? 'dashed' : 'solid'))];
   const axis = (label: string): uPlot.Axis => ({
     label,
     labelSize: 22,
@@ -81,6 +85,8 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
       series: [{ label: plot.x }, ...series],
       bands: low < 0 ? [] : [{ series: [low + 2, low + 1], fill: `${COLOURS[0]}44` }],
       cursor: { drag: { x: true, y: false } },
+      // The sample of a line has its dashes.
+      legend: { markers: { dash: (_, k) => samples[k] ?? 'solid' } },
       hooks: { draw: [(of) => drawMarks(of, plot.marks ?? [])] },
       ...options,
     },
@@ -98,6 +104,29 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
   });
   resized.observe(into);
   return made;
+}
+
+/** Draws points one by one: thousands of them in one path, as uPlot has them, take a software renderer a minute. */
+function dots(colour: string, size: number): uPlot.Series.Points.PathBuilder {
+  return (on, k, from, to) => {
+    const { ctx, bbox } = on;
+    const [xs, ys] = [on.data[0], on.data[k]!];
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    ctx.fillStyle = colour;
+    for (let i = from; i <= to; i++) {
+      const y = ys[i];
+      if (y == null) continue;
+      ctx.beginPath();
+      ctx.arc(on.valToPos(xs[i]!, 'x', true), on.valToPos(y, 'y', true), (size / 2) * devicePixelRatio, 0, 2 * Math.PI);
+      ctx.fill();
+    }
+    ctx.restore();
+    // Nothing is left for uPlot to draw.
+    return { stroke: null, fill: null, clip: new Path2D(), flags: 0 };
+  };
 }
 
 /** Dashed lines at places on the horizontal axis, with their names. */

@@ -1,5 +1,7 @@
 // The scenario of the deck: what the controls say, as a file that `touchdown land --space` reads, and as an address.
 
+import type { CardFile, Use, Vehicle } from './state';
+
 export interface Scenario {
   deck: 'still' | 'sine' | 'sea';
   /** Amplitude of the sine, or significant height of the sea (m). */
@@ -12,10 +14,15 @@ export interface Scenario {
   /** Delay of commands (s). */
   delay_s: number;
   first: string;
+  first_model: Model;
   second: string;
+  second_model: Model;
   seed: number;
   landing: number;
 }
+
+/** Which ground effect a controller counts on. */
+export type Model = 'own' | 'built_in' | 'none';
 
 export const DEFAULT: Scenario = {
   deck: 'sea',
@@ -26,7 +33,9 @@ export const DEFAULT: Scenario = {
   strength: 0.5,
   delay_s: 0.01,
   first: 'dynamic+observer',
+  first_model: 'built_in',
   second: 'feedback',
+  second_model: 'built_in',
   seed: 1,
   landing: 0,
 };
@@ -41,6 +50,14 @@ export const CONTROLLERS = [
   ['observer', 'Observer, no model'],
   ['feedback', 'Feedback, no model'],
 ] as const;
+/** Ground effects that a controller can count on, with their words. */
+export const MODELS = [['own', 'Own card'], ['built_in', 'Built-in'], ['none', 'None']] as const;
+/** The card that a controller flies by, and the same controller without its model. */
+const WITH_MODEL: Record<string, { use: Use; without: string }> = {
+  'dynamic+observer': { use: 'dynamic', without: 'observer' },
+  dynamic: { use: 'dynamic', without: 'feedback' },
+  empirical: { use: 'empirical', without: 'feedback' },
+};
 /** The second controller where one alone is watched. */
 export const NOBODY = 'none';
 
@@ -49,7 +66,11 @@ const WORDS: Record<string, string[]> = {
   deck: DECKS.map(([name]) => name),
   first: CONTROLLERS.map(([name]) => name),
   second: [...CONTROLLERS.map(([name]) => name), NOBODY],
+  first_model: MODELS.map(([name]) => name),
+  second_model: MODELS.map(([name]) => name),
 };
+
+const USES: Use[] = ['thrust', 'dynamic', 'empirical'];
 
 /** Landings that a scenario has: `landing` is one of them. */
 export const LANDINGS = 1000;
@@ -59,18 +80,50 @@ export function whole(value: number, most: number): number {
   return Math.min(Math.max(0, Math.trunc(value)), most);
 }
 
+/** One of the two controllers as it flies. */
+export interface Side {
+  controller: string;
+  /** The ground effect that it counts on, and the card of such a model. */
+  model: Model;
+  use: Use | undefined;
+  /** Own cards of its file. */
+  cards: CardFile[];
+  /** What own cards that are not in its file, or size no vehicle there, state of the vehicle. */
+  vehicle: Vehicle;
+}
+
+const VEHICLE = ['mass_kg', 'rotor_radius_m', 'arm_m', 'rotors'] as const;
+
+/** A controller with its choice of model, as it flies with the own cards that are there. All sides fly the same vehicle. */
+export function side(chosen: string, choice: Model, own: CardFile[]): Side {
+  const controller = choice === 'none' ? (WITH_MODEL[chosen]?.without ?? chosen) : chosen;
+  const use = WITH_MODEL[controller]?.use;
+  const model = use === undefined ? 'none' : choice === 'own' && own.some((card) => card.use === use) ? 'own' : 'built_in';
+  const cards = choice === 'built_in' ? own.filter((card) => card.use === 'thrust') : own;
+  const sizing = cards.filter((card) => card.use !== 'empirical');
+  const vehicle: Vehicle = {};
+  for (const key of VEHICLE) {
+    if (sizing.some((card) => card.vehicle[key] != null)) continue;
+    const value = own.find((card) => card.vehicle[key] != null)?.vehicle[key];
+    if (value != null) vehicle[key] = value;
+  }
+  return { controller, model, use, cards, vehicle };
+}
+
 /** The file of a scenario for one of its controllers. Cards stand beside it. */
-export function toml(of: Scenario, controller: string, cards: string[]): string {
+export function toml(of: Scenario, { controller, cards, vehicle }: Side): string {
   const float = (v: number) => (Number.isInteger(v) ? v.toFixed(1) : String(v));
   const deck = {
     still: 'kind = "still"',
     sine: `kind = "sines"\ntones = [{ axis = "heave", amplitude = ${float(of.height_m)}, frequency_hz = ${float(1 / of.period_s)} }]`,
     sea: `kind = "sea"\nspectrum = { shape = "jonswap", significant_height_m = ${float(of.height_m)}, peak_period_s = ${float(of.period_s)} }`,
   }[of.deck];
+  const stated = Object.entries(vehicle).map(([key, value]) => `${key} = ${key === 'rotors' ? value : float(Number(value))}`);
   const lines = [
     `seed = ${of.seed}`,
     `trials = ${LANDINGS}`,
-    cards.length > 0 ? `[cards]\n${cards.map((kind) => `${kind} = "${kind}.toml"`).join('\n')}` : '',
+    cards.length > 0 ? `[cards]\n${cards.map(({ use }) => `${use} = "${use}.toml"`).join('\n')}` : '',
+    stated.length > 0 ? `[vehicle]\n${stated.join('\n')}` : '',
     `[scenario]\nground_effect_strength = ${float(of.strength)}\ncommand_delay_s = ${float(of.delay_s)}`,
     `[scenario.control]\ncontroller = "${controller}"`,
     `[scenario.wind]\nsteady_mps = [${float(of.wind_mps)}, 0.0, 0.0]`,
@@ -79,9 +132,17 @@ export function toml(of: Scenario, controller: string, cards: string[]): string 
   return lines.filter((line) => line !== '').join('\n') + '\n';
 }
 
-/** The scenario as the part of an address after `#`. */
-export function toHash(of: Scenario): string {
-  return new URLSearchParams(Object.entries(of).map(([key, value]) => [key, String(value)])).toString();
+/** The scenario as the part of an address after `#`, with what own cards it flies: the address does not hold the cards. */
+export function toHash(of: Scenario, own: Use[]): string {
+  const parts = Object.entries(of).map(([key, value]): [string, string] => [key, String(value)]);
+  if (own.length > 0) parts.push(['cards', own.join(' ')]);
+  return new URLSearchParams(parts).toString();
+}
+
+/** The own cards that the landings of an address were flown with. */
+export function cardsOf(hash: string): Use[] {
+  const given = (new URLSearchParams(hash.replace(/^#/, '')).get('cards') ?? '').split(' ');
+  return USES.filter((use) => given.includes(use));
 }
 
 /** The scenario of an address; what it lacks, or has wrongly, is the default. */

@@ -60,6 +60,9 @@ export interface Frames extends Motion {
   estimated_deck_mps: number[];
 }
 
+/** Colours of the ground effect and of the forces on the feet: none is a vehicle's, and their brightness differs from it and from the deck's. */
+export const WAKE = '#e69f00';
+export const FOOT = '#f0e442';
 /** Length of a force's arrow, m/N over the weight: a foot that carries the whole weight has an arrow of this length. */
 const FORCE_M = 0.5;
 /** Side of a deck without an edge, m. */
@@ -72,6 +75,10 @@ const JUDGED = 12;
 const COARSEST = 0.35;
 /** After this time without a new frame the picture stands still, and has its full resolution, ms. */
 const STILL_MS = 200;
+/** Steps of the camera at a key: pixels, turn (of a whole one, over the view's height in pixels), and zoom factor. */
+const KEY_PAN = 20;
+const KEY_TURN = 8;
+const KEY_ZOOM = 0.9;
 const UP = new Vector3(0, 0, 1);
 /** Depth of the sea below the deck's mean place, as drawn; the simulation has waves only through the deck's motion. */
 const SEA_M = -1.5;
@@ -144,7 +151,7 @@ class Vehicle {
       leg.scale.y = top.distanceTo(at);
       leg.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), top.clone().sub(at).normalize());
       leg.position.copy(top.add(at).multiplyScalar(0.5));
-      const force = new Mesh(new CylinderGeometry(0.012, 0.012, 1, 8), new MeshLambertMaterial({ color: '#d55e00' }));
+      const force = new Mesh(new CylinderGeometry(0.012, 0.012, 1, 8), new MeshLambertMaterial({ color: FOOT }));
       force.rotation.x = Math.PI / 2;
       force.position.copy(at);
       force.visible = false;
@@ -190,16 +197,23 @@ export class View {
     smooth: boolean,
   ) {
     this.renderer = new WebGLRenderer({ antialias: smooth, powerPreference: 'high-performance' });
-    this.renderer.domElement.setAttribute('aria-label', 'Vehicle and deck in three dimensions');
-    this.renderer.domElement.setAttribute('role', 'img');
-    box.append(this.renderer.domElement);
+    const canvas = this.renderer.domElement;
+    canvas.setAttribute('aria-label', 'Vehicle and deck in three dimensions. Arrow keys move the camera, with Shift they turn it, + and - zoom.');
+    // An application: screen readers pass its keys on.
+    canvas.setAttribute('role', 'application');
+    canvas.tabIndex = 0;
+    box.append(canvas);
     this.camera.up.copy(UP);
     this.camera.position.set(-2.6, -2.2, 1.4);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.keyPanSpeed = KEY_PAN;
+    this.controls.keyRotateSpeed = KEY_TURN;
+    this.controls.listenToKeyEvents(canvas);
+    canvas.addEventListener('keydown', (event) => this.zoomBy(event));
     this.controls.target.set(0, 0, 0.3);
     // Where a page scrolls past the view, the wheel and a finger that moves up or down scroll the page.
     this.controls.enableZoom = wheel;
-    if (!wheel) this.renderer.domElement.style.touchAction = 'pan-y';
+    if (!wheel) canvas.style.touchAction = 'pan-y';
     this.controls.addEventListener('change', () => this.render());
     const light = new DirectionalLight('#ffffff', 2.2);
     light.position.set(-3, -4, 8);
@@ -212,7 +226,7 @@ export class View {
     this.scene.add(this.sea);
     this.wake = new Mesh(
       new CylinderGeometry(1, 1, 0.012, 48),
-      new MeshLambertMaterial({ color: '#e69f00', transparent: true, opacity: 0 }),
+      new MeshLambertMaterial({ color: WAKE, transparent: true, opacity: 0 }),
     );
     this.wake.rotation.x = Math.PI / 2;
     new ResizeObserver(() => this.resize()).observe(box);
@@ -266,6 +280,15 @@ export class View {
     for (const { body, landing } of this.vehicles) body.show(rowAt(landing.frames, time_s));
     this.swell(time_s, frames.deck_m[row]![2]);
     this.render();
+  }
+
+  /** The keys + and - zoom; the controls have the other keys. */
+  private zoomBy(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey) return;
+    if (event.key === '+' || event.key === '=') this.controls.dollyIn(KEY_ZOOM);
+    else if (event.key === '-') this.controls.dollyOut(KEY_ZOOM);
+    else return;
+    event.preventDefault();
   }
 
   /** Lowers the resolution of moving pictures until they keep pace; a picture that stands still has the full one. */

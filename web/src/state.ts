@@ -2,10 +2,22 @@
 
 import type { Calculator } from './calculator';
 
+/** What a card is for: the thrust, eq. (2) of the empirical law, or the ground effect of `dynamic` and `dynamic+observer`. */
+export type Use = 'thrust' | 'empirical' | 'dynamic';
+
+/** Numbers of a vehicle that a card states. */
+export interface Vehicle {
+  mass_kg?: number | null;
+  rotor_radius_m?: number | null;
+  arm_m?: number | null;
+  rotors?: number | null;
+}
+
 /** A card of the person's vehicle, for the deck. */
 export interface CardFile {
-  kind: 'thrust' | 'ground_effect';
+  use: Use;
   name: string;
+  vehicle: Vehicle;
   toml: string;
 }
 
@@ -20,6 +32,7 @@ export class Lab {
   map = '';
   cards: CardFile[] = [];
   private readonly listeners = new Set<() => void>();
+  private readonly receivers = new Set<(card: CardFile) => void>();
 
   constructor(readonly calculator: Calculator) {}
 
@@ -44,17 +57,23 @@ export class Lab {
     return { paths, files };
   }
 
-  card(kind: CardFile['kind']): CardFile | undefined {
-    return this.cards.find((card) => card.kind === kind);
+  card(use: Use): CardFile | undefined {
+    return this.cards.find((card) => card.use === use);
   }
 
   put(card: CardFile): void {
-    this.cards = [...this.cards.filter((old) => old.kind !== card.kind), card];
+    this.cards = [...this.cards.filter((old) => old.use !== card.use), card];
+    for (const listener of this.receivers) listener(card);
     this.changed();
   }
 
-  remove(kind: CardFile['kind']): void {
-    this.cards = this.cards.filter((card) => card.kind !== kind);
+  /** Calls back with a card that is put on the deck. */
+  receive(listener: (card: CardFile) => void): void {
+    this.receivers.add(listener);
+  }
+
+  remove(use: Use): void {
+    this.cards = this.cards.filter((card) => card.use !== use);
     this.changed();
   }
 }

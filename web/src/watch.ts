@@ -1,5 +1,6 @@
 // Landings to watch in a report: each `figure.scene` has its data, and gets a view, a button and a bar for the time.
 
+import { Legend } from './legend';
 import { Playback } from './playback';
 import { phaseAt, viewIn, type Watched } from './scene';
 
@@ -38,6 +39,9 @@ function begin(figure: HTMLElement): void {
   const view = viewIn(box, false);
   if (!view) return;
   view.load(landings, COLOURS);
+  const legend = new Legend();
+  legend.load(landings, COLOURS, [...figure.querySelectorAll('.key')].map((key) => key.textContent ?? ''));
+  box.after(legend.element);
   time.min = String(first.frames.time_s[0] ?? 0);
   time.max = String(Math.max(...landings.map(({ frames }) => frames.time_s.at(-1) ?? 0)));
   const seek = (at: number) => {
@@ -45,6 +49,7 @@ function begin(figure: HTMLElement): void {
     now.textContent = `${at.toFixed(2)} s, ${phaseAt(first, at)}`;
     time.setAttribute('aria-valuetext', now.textContent);
     view.show(at);
+    legend.show(at);
   };
   const playback = new Playback(play, time, seek);
   figure.classList.add('drawn');

@@ -10,11 +10,16 @@ import { serve } from '../serve.mjs';
 const here = dirname(fileURLToPath(import.meta.url));
 export const root = dirname(dirname(here));
 export const dist = join(root, 'web', 'dist');
-export const data = process.env.TOUCHDOWN_DATA;
+/** The folder of measured logs: by default beside the project. Tests that need it say when it is not there. */
+const logs = process.env.TOUCHDOWN_DATA ?? join(root, '..', 'shared', 'data');
+export const data = existsSync(logs) ? logs : undefined;
+export const withData = { skip: !data && `no measured logs at ${logs} (TOUCHDOWN_DATA names another folder)` };
 /** Screenshots stay there for a look. */
 export const pictures = join(root, 'target', 'web');
 const command = process.env.TOUCHDOWN ?? join(process.env.CARGO_TARGET_DIR ?? join(root, 'target'), 'debug', 'touchdown');
-export const hasCommand = existsSync(command);
+const hasCommand = existsSync(command);
+export const withCommand = { skip: !hasCommand && `the command is not built (${command})` };
+export const fixtures = join(root, 'crates', 'log', 'tests', 'reference', 'fixtures');
 
 /** Calculations take seconds, on a busy machine tens of them. */
 export const PATIENCE_MS = 180_000;
@@ -40,6 +45,8 @@ export class Page {
   static async open(of, { hash = '', file = false, width = 1280, height = 900 } = {}) {
     const made = new Page();
     made.server = file ? undefined : await serve(0);
+    // A test that fails leaves it open, which must not keep the tests from ending.
+    made.server?.unref();
     made.page = await of.newPage();
     await made.page.setViewport({ width, height });
     made.page.setDefaultTimeout(PATIENCE_MS);
@@ -111,8 +118,14 @@ export class Page {
     await this.page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true });
   }
 
-  /** What a press on a button saves. */
+  /** The one file that a press on a button saves. */
   async saved(selector) {
+    const [file] = await this.allSaved(selector, 1);
+    return file;
+  }
+
+  /** The files that a press on a button saves, by their names. */
+  async allSaved(selector, count) {
     const folder = mkdtempSync(join(tmpdir(), 'lab-'));
     const client = await this.page.createCDPSession();
     await client.send('Browser.setDownloadBehavior', {
@@ -120,15 +133,16 @@ export class Page {
       downloadPath: folder,
       eventsEnabled: true,
     });
+    let left = count;
     const done = new Promise((resolve) => {
-      client.on('Browser.downloadProgress', (event) => event.state === 'completed' && resolve());
+      client.on('Browser.downloadProgress', (event) => event.state === 'completed' && --left === 0 && resolve());
     });
     await this.page.click(selector);
     await done;
-    const [name] = readdirSync(folder);
-    const content = readFileSync(join(folder, name));
+    const files = readdirSync(folder).sort().map((name) => ({ name, content: readFileSync(join(folder, name)) }));
     rmSync(folder, { recursive: true });
-    return { name, content };
+    await client.detach();
+    return files;
   }
 }
 

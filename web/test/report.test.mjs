@@ -4,7 +4,7 @@ import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'nod
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { browser, hasCommand, PATIENCE_MS, pictures, touchdown } from './browser.mjs';
+import { browser, PATIENCE_MS, pictures, touchdown, withCommand } from './browser.mjs';
 
 let chromium;
 const folder = mkdtempSync(join(tmpdir(), 'report-'));
@@ -31,9 +31,7 @@ async function open(path, { reduced = false } = {}) {
   return { page, seen };
 }
 
-const skip = !hasCommand && 'the command `touchdown` is not built';
-
-test('regress_a_landing_in_a_report_plays_to_its_end_and_again', { skip }, async () => {
+test('regress_a_landing_in_a_report_plays_to_its_end_and_again', withCommand, async () => {
   writeFileSync(join(folder, 'sweep.toml'), 'seed = 5\ntrials = 2\n[scenario.deck]\nkind = "sea"\n');
   const out = join(folder, 'campaign');
   touchdown('--quiet', 'campaign', join(folder, 'sweep.toml'), '--out', out);
@@ -42,6 +40,9 @@ test('regress_a_landing_in_a_report_plays_to_its_end_and_again', { skip }, async
   await page.waitForSelector('figure.scene.drawn canvas');
   const shown = () => page.$eval('figure.scene output', (output) => output.textContent);
   const begin = await shown();
+  const legend = () => page.$$eval('figure.scene .legend tbody tr', (rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
+  const first = await legend();
+  assert.match(first.join(), /^[^,]+,-?\d+\.\d %(,\s?\d+\.\d){4}$/);
   await page.screenshot({ path: join(pictures, 'report-begin.png') });
   // The bar goes to the end: the vehicle stands.
   await page.$eval('figure.scene input', (bar) => {
@@ -50,6 +51,7 @@ test('regress_a_landing_in_a_report_plays_to_its_end_and_again', { skip }, async
   });
   const end = await shown();
   assert.notEqual(begin, end);
+  assert.notDeepEqual(await legend(), first, 'the legend follows the time');
   assert.match(end, /, [a-z ]+$/, end);
   await page.screenshot({ path: join(pictures, 'report-end.png') });
   // From the end, playing begins again; the time moves and can be stopped.
@@ -67,7 +69,7 @@ test('regress_a_landing_in_a_report_plays_to_its_end_and_again', { skip }, async
   await page.close();
 });
 
-test('analytic_a_landing_plays_when_it_is_looked_at_unless_motion_is_reduced', { skip }, async () => {
+test('analytic_a_landing_plays_when_it_is_looked_at_unless_motion_is_reduced', withCommand, async () => {
   const report = join(folder, 'campaign', 'report.html');
   for (const reduced of [false, true]) {
     const { page } = await open(report, { reduced });

@@ -81,6 +81,11 @@ mod read;
 mod tables;
 #[cfg(feature = "flight-logs")]
 mod topics;
+#[cfg(any(
+    feature = "flight-logs",
+    all(feature = "parquet", target_family = "wasm")
+))]
+mod zstd;
 
 pub use error::{ErrorKind, LogError, Place};
 pub use findings::Findings;

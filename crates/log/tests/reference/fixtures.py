@@ -192,6 +192,12 @@ def parquet(path):
         yield name, len(values), math.fsum(values)
 
 
+def repacked(path, **how):
+    """The first rows of `table.parquet`, packed in another way."""
+    table = pq.read_table(HERE / "table.parquet").slice(0, 400)
+    pq.write_table(table, path, row_group_size=200, write_page_checksum=True, **how)
+
+
 def lines(file, messages):
     found = {}
     for topic, message in messages:
@@ -218,3 +224,6 @@ with open(Path(__file__).parent / "fields.tsv", "w") as out:
         out.writelines(lines(file, read_bag(HERE / file)))
     for name, count, total in parquet(HERE / "table.parquet"):
         out.write(f"table.parquet\t\t{name}\t{count}\t{total!r}\n")
+repacked(HERE / "snappy.parquet", compression="snappy")
+# Pages of the second version: their levels are not packed. Those that packing does not shrink are plain.
+repacked(HERE / "zstd_v2.parquet", compression="zstd", data_page_version="2.0", data_page_size=1000)

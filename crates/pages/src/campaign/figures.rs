@@ -265,7 +265,7 @@ pub(super) fn watched(worst: &WorstLanding, landing: Value) -> Scene {
         format!("The worst landing, {}: {}", worst.landing, ended(worst)),
     )
     .caption(
-        "At most its last 20 s. The orange disc is the strength of the ground effect, the orange bars are the forces on the feet.",
+        "At most its last 20 s. The orange disc is the strength of the ground effect, the yellow bars are the forces on the feet.",
     )
     .landing(worst.of.label(), landing)
 }

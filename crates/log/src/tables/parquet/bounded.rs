@@ -5,26 +5,25 @@ use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{ChunkReader, Length};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// A file of known length.
+/// A file of known length. Its readers share one open file, because WASI cannot duplicate its descriptor.
 #[derive(Clone)]
 pub(super) struct Bounded {
-    file: Arc<File>,
+    file: Arc<Mutex<File>>,
     length: u64,
 }
 
 impl Bounded {
     pub(super) fn new(file: File) -> io::Result<Self> {
         let length = file.metadata()?.len();
-        let file = Arc::new(file);
+        let file = Arc::new(Mutex::new(file));
         Ok(Self { file, length })
     }
 
-    fn from(&self, start: u64) -> io::Result<Ending> {
-        let mut file = self.file.try_clone()?;
-        file.seek(SeekFrom::Start(start))?;
-        Ok(Ending(file))
+    fn from(&self, start: u64) -> Ending {
+        let file = Arc::clone(&self.file);
+        Ending { file, at: start }
     }
 }
 
@@ -38,7 +37,7 @@ impl ChunkReader for Bounded {
     type T = BufReader<Ending>;
 
     fn get_read(&self, start: u64) -> Result<Self::T> {
-        Ok(BufReader::new(self.from(start)?))
+        Ok(BufReader::new(self.from(start)))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes> {
@@ -50,19 +49,47 @@ impl ChunkReader for Bounded {
             )));
         }
         let mut bytes = vec![0; length];
-        self.from(start)?.read_exact(&mut bytes)?;
+        self.from(start).read_exact(&mut bytes)?;
         Ok(bytes.into())
     }
 }
 
-/// Reading at the end is an error, so that a decoder that skips values there stops.
-pub(super) struct Ending(File);
+/// A reader with its own position. Reading at the end is an error, so that a decoder that skips values there stops.
+pub(super) struct Ending {
+    file: Arc<Mutex<File>>,
+    at: u64,
+}
 
 impl Read for Ending {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        match self.0.read(into)? {
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.seek(SeekFrom::Start(self.at))?;
+        match file.read(into)? {
             0 if !into.is_empty() => Err(io::ErrorKind::UnexpectedEof.into()),
-            read => Ok(read),
+            read => {
+                self.at += read as u64;
+                Ok(read)
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_two_readers_of_a_file_keep_their_positions() {
+        let mut file = tempfile::tempfile().unwrap();
+        std::io::Write::write_all(&mut file, b"abcdef").unwrap();
+        let bounded = Bounded::new(file).unwrap();
+        let [mut first, mut second] = [0, 3].map(|start| bounded.from(start));
+        let read = |reader: &mut Ending| {
+            let mut byte = [0];
+            reader.read_exact(&mut byte).map(|()| byte[0])
+        };
+        let bytes = [(); 3].map(|()| (read(&mut first).unwrap(), read(&mut second).unwrap()));
+        assert_eq!(bytes, [(b'a', b'd'), (b'b', b'e'), (b'c', b'f')]);
+        assert!(read(&mut second).is_err(), "the end of the file");
     }
 }

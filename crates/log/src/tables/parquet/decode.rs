@@ -2,10 +2,10 @@
 
 use super::pages::Pages;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
+use parquet::column::page::PageReader;
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::DataType;
 use parquet::errors::{ParquetError, Result};
-use parquet::file::reader::RowGroupReader;
 use parquet::schema::types::ColumnDescPtr;
 
 /// Values that are decoded at once: 64 KB, which stay in the processor's caches. The value affects
@@ -54,14 +54,9 @@ impl Content {
     }
 }
 
-/// The reader of a column of a row group, by its place in the file.
-pub(super) fn column_reader(
-    group: &dyn RowGroupReader,
-    leaf: usize,
-    column: &ColumnDescPtr,
-) -> Result<ColumnReader> {
-    let pages = Pages::new(group.get_column_page_reader(leaf)?);
-    Ok(get_column_reader(column.clone(), Box::new(pages)))
+/// The reader of the values of a column in these pages.
+pub(super) fn column_reader(pages: Box<dyn PageReader>, column: &ColumnDescPtr) -> ColumnReader {
+    get_column_reader(column.clone(), Box::new(Pages::new(pages)))
 }
 
 /// Appends the next numbers, `most` at most, NaN for nulls, and returns their count. Stamps are in seconds

@@ -5,6 +5,7 @@ use super::decode::{Content, column_reader};
 use super::rows::{ParquetRows, ParquetValues};
 use super::sizes::unpacked;
 use crate::{LogError, limits};
+use parquet::column::page::PageReader;
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, Length as _, RowGroupReader, SerializedFileReader};
@@ -65,8 +66,36 @@ impl ParquetColumn {
         group: &dyn RowGroupReader,
     ) -> Result<ColumnReader, ParquetError> {
         // A page is unpacked only if its size is known, see `check`.
-        unpacked(&file.source, group.metadata().column(self.leaf))?;
-        column_reader(group, self.leaf, &self.description)
+        let most = unpacked(&file.source, group.metadata().column(self.leaf))?;
+        let pages = self.pages(&file.source, group, most)?;
+        Ok(column_reader(pages, &self.description))
+    }
+
+    #[cfg(not(target_family = "wasm"))]
+    fn pages(
+        &self,
+        _: &Bounded,
+        group: &dyn RowGroupReader,
+        _: u64,
+    ) -> Result<Box<dyn PageReader>, ParquetError> {
+        group.get_column_page_reader(self.leaf)
+    }
+
+    /// Pages that unpack to `most` bytes at most.
+    #[cfg(target_family = "wasm")]
+    fn pages(
+        &self,
+        file: &Bounded,
+        group: &dyn RowGroupReader,
+        most: u64,
+    ) -> Result<Box<dyn PageReader>, ParquetError> {
+        use super::packed::PackedPages;
+        use parquet::basic::Compression;
+        match group.metadata().column(self.leaf).compression() {
+            Compression::ZSTD(_) => PackedPages::of_column(file, group, self.leaf, most)
+                .map(|pages| Box::new(pages) as Box<dyn PageReader>),
+            _ => group.get_column_page_reader(self.leaf),
+        }
     }
 }
 

@@ -7,6 +7,8 @@
 mod bounded;
 mod decode;
 mod file;
+#[cfg(any(target_family = "wasm", test))]
+mod packed;
 mod pages;
 mod read;
 mod rows;

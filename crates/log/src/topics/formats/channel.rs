@@ -4,6 +4,7 @@ use super::clocks::Clocks;
 use super::ros::{Encoding, Message};
 use crate::limits::{self, Excess, JSON_BYTES, NameBudget, RECORD_BYTES};
 use crate::topics::sink::{Layout, Loss, Sink, Wanted, short_kind};
+use crate::zstd;
 use serde_json::Value;
 use std::collections::HashMap;
 
@@ -291,30 +292,8 @@ fn unpack_prefix(bytes: &[u8], compression: &str, most: u64) -> (bool, Vec<u8>) 
     let whole = match compression {
         "lz4" => read(&mut lz4_flex::frame::FrameDecoder::new(bytes)),
         "bz2" => read(&mut bzip2::read::BzDecoder::new(bytes)),
-        "zstd" => unpack_zstd(bytes, &mut read),
+        "zstd" => zstd::unpack(bytes, &mut read),
         _ => false,
     };
     (whole, unpacked)
-}
-
-#[cfg(not(target_family = "wasm"))]
-fn unpack_zstd(bytes: &[u8], read: &mut dyn FnMut(&mut dyn std::io::Read) -> bool) -> bool {
-    zstd::stream::read::Decoder::new(bytes).is_ok_and(|mut input| read(&mut input))
-}
-
-/// The same without the library in C: frame by frame, each against its checksum.
-#[cfg(target_family = "wasm")]
-fn unpack_zstd(mut bytes: &[u8], read: &mut dyn FnMut(&mut dyn std::io::Read) -> bool) -> bool {
-    while !bytes.is_empty() {
-        let Ok(mut frame) = ruzstd::decoding::StreamingDecoder::new(&mut bytes) else {
-            return false;
-        };
-        let whole = read(&mut frame);
-        let stated = frame.decoder.get_checksum_from_data();
-        if !whole || stated.is_some_and(|sum| frame.decoder.get_calculated_checksum() != Some(sum))
-        {
-            return false;
-        }
-    }
-    true
 }

@@ -101,7 +101,7 @@ pub(super) fn impact(sea: &SeaExperiment) -> Figure {
 /// Records that are no landings to watch.
 pub fn watched(tracks: &[SeaTrack]) -> Result<Scene> {
     let caption = "Trial 0 of `heave`, as `planned`; the ghost flies the paper's own set-up, `published`, above the same deck in the same air. \
-                   The orange disc is the strength of the ground effect, the orange bars are the forces on the feet.";
+                   The orange disc is the strength of the ground effect, the yellow bars are the forces on the feet.";
     let from_s = start_s(tracks.iter().map(|track| &track.trace));
     let scene = Scene::new("sea-watch", "Two landings to watch").caption(caption);
     tracks.iter().try_fold(scene, |scene, track| {
