@@ -47,7 +47,10 @@ impl PackedPages {
         let (head, packed) = page.split_at_checked(plain).ok_or_else(broken)?;
         let mut bytes = head.to_vec();
         let mut read = |input: &mut dyn Read| {
-            let room = (self.left + 1).saturating_sub(bytes.len() as u64);
+            let room = self
+                .left
+                .saturating_add(1)
+                .saturating_sub(bytes.len() as u64);
             let read = input.take(room).read_to_end(&mut bytes);
             read.is_ok() && bytes.len() as u64 <= self.left
         };
