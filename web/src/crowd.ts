@@ -20,6 +20,9 @@ const BARS = 24;
 
 export class Crowd {
   private running: AbortController | undefined;
+  private readonly shown = el('div', { id: 'distribution' });
+  /** What the landings that are shown or flown are of. */
+  private of = '';
 
   constructor(private readonly lab: Lab) {}
 
@@ -27,18 +30,27 @@ export class Crowd {
     this.running?.abort();
   }
 
-  /** The button and what it shows; `sides` are the controllers when it is pressed. */
-  panel(sides: () => Side[]): HTMLElement {
+  /** Landings of something else are stopped, and shown no longer. */
+  keep(of: string): void {
+    if (of === this.of) return;
+    this.stop();
+    this.shown.replaceChildren();
+  }
+
+  /** The button and what it shows; `asked` gives the controllers when it is pressed, and what their landings are of. */
+  panel(asked: () => { of: string; sides: Side[] }): HTMLElement {
     const start = el('button', { type: 'button', id: 'crowd' }, `Fly ${WANTED} landings`);
     const cancel = el('button', { type: 'button', id: 'crowd-cancel', hidden: true, onclick: () => this.stop() }, 'Cancel');
     const bar = el('progress', { max: 1, value: 0, hidden: true, 'aria-label': 'Landings flown' });
-    const shown = el('div', { id: 'distribution' });
+    const shown = this.shown;
     start.addEventListener('click', () => {
       this.stop();
+      const { of, sides } = asked();
+      this.of = of;
       const running = (this.running = new AbortController());
       start.disabled = true;
       cancel.hidden = bar.hidden = false;
-      this.fly(sides(), running.signal, bar, shown)
+      this.fly(sides, running.signal, bar, shown)
         .catch((error: unknown) => {
           if (!isCancelled(error)) shown.replaceChildren(failure(reason(error)));
         })

@@ -26,7 +26,7 @@ import { Crowd } from './crowd';
 import type { CardFile, Lab, Use } from './state';
 
 const SLIDERS = [
-  ['height_m', 'Wave height, or amplitude (m)', 0, 1.5, 0.05],
+  ['height_m', 'Wave height, or amplitude (m)', 0.05, 1.5, 0.05],
   ['period_s', 'Period (s)', 2, 15, 0.5],
   ['wind_mps', 'Wind (m/s)', 0, 12, 0.5],
   ['strength', 'Ground effect (1: the paper’s)', 0, 2, 0.05],
@@ -54,6 +54,8 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   let landings: Landing[] = [];
   /** The cards of the landings. */
   let flownCards = lab.cards;
+  /** What is shown: its address as it was opened and as controls write it, its place in the list, and the files of its first side. */
+  let flownAs: { hash: string; address: string; landing: number; files: Map<string, Blob> } | undefined;
   let running: AbortController | undefined;
   let plots: uPlot[] = [];
   const still = matchMedia('(prefers-reduced-motion: reduce)');
@@ -136,11 +138,14 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     return chosen ? `${words} (${model === 'own' ? 'own card' : 'built-in'})` : words;
   }
 
-  /** Sets the address to the scenario, which a link then shows. */
-  function address(): void {
-    const own = lab.cards.map(({ use }) => use).filter((use) => sides().some((of) => of.cards.some((card) => card.use === use)));
-    history.replaceState(null, '', `#${toHash(scenario, own)}`);
+  /** The address of the scenario, which a link then shows. */
+  function address(of = scenario): string {
+    const own = lab.cards.map(({ use }) => use).filter((use) => sides().some((each) => each.cards.some((card) => card.use === use)));
+    return `#${toHash(of, own)}`;
   }
+
+  /** The same without the number of the landing: what a hundred landings are of. */
+  const campaign = () => address({ ...scenario, landing: 0 });
 
   /** Does work that can be cancelled; its text is shown at the end. */
   async function work(text: string, of: (signal: AbortSignal) => Promise<string>): Promise<void> {
@@ -169,21 +174,29 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   /** Flies the scenario of the controls; that of a link keeps its address. */
   async function start(fromLink = false): Promise<void> {
     read();
-    if (!fromLink) address();
+    if (!fromLink) history.replaceState(null, '', address());
     missingCards(fromLink ? cardsOf(location.hash) : []);
-    crowd.stop();
+    crowd.keep(campaign());
     playback.stop();
+    const before = flownAs;
     const since = performance.now();
     await work('Flying …', async (signal) => {
       const request = { task: 'land', sweep: '/in/sweep.toml', landing: scenario.landing };
       const [flown, cards] = [sides(), lab.cards];
       const asked = flown.map((of) => lab.calculator.ask<Landing>(request, files(of), signal));
+      const own = { hash: location.hash, address: address(), landing: scenario.landing, files: files(flown[0]!) };
       landings = (await Promise.all(asked)).map(({ result }) => result);
       flownCards = cards;
+      flownAs = own;
       const seconds = ((performance.now() - since) / 1000).toFixed(2);
       show(flown);
       return [`Flown in ${seconds} s.`, landings[0]?.vehicle].filter(Boolean).join(' ');
     });
+    // It was cancelled or it failed, and no other flight has begun.
+    if (before && flownAs === before && !running) {
+      history.replaceState(null, '', before.hash);
+      state.textContent = `${state.textContent} Below is the landing that was flown before.`.trim();
+    }
   }
 
   /** Says that a link was made with own cards which are not here. */
@@ -242,10 +255,11 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   }
 
   async function save(): Promise<void> {
-    const before = state.textContent ?? '';
+    const [before, flown] = [state.textContent ?? '', flownAs];
+    if (!flown) return;
     await work('Recording …', async (signal) => {
-      const request = { task: 'record', sweep: '/in/sweep.toml', landing: scenario.landing, out: '/out' };
-      const { written } = await lab.calculator.ask(request, files(first()), signal);
+      const request = { task: 'record', sweep: '/in/sweep.toml', landing: flown.landing, out: '/out' };
+      const { written } = await lab.calculator.ask(request, flown.files, signal);
       for (const [name, bytes] of written) download(name, bytes as BlobPart, 'application/octet-stream');
       return before;
     });
@@ -253,12 +267,14 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
 
   async function copy(): Promise<void> {
     read();
-    address();
+    const hash = flownAs?.hash ?? address();
+    history.replaceState(null, '', hash);
+    const of = (flownAs?.address ?? hash) === address() ? '' : ' It shows the landing below; what was set since then has not flown.';
     try {
       await navigator.clipboard.writeText(location.href);
-      state.textContent = 'The link is copied. Cards are not in it.';
+      state.textContent = `The link is copied. Cards are not in it.${of}`;
     } catch {
-      state.textContent = 'The address above is the link. Cards are not in it.';
+      state.textContent = `The address above is the link. Cards are not in it.${of}`;
     }
   }
 
@@ -304,10 +320,12 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   listCards();
   fill();
   const field = (text: string, input: HTMLElement, value?: HTMLElement) =>
-    el('label', { class: 'field' }, el('span', {}, text, value ? ' ' : null, value ?? null), input);
+    el('label', { class: 'field', for: input.id }, el('span', {}, text, value ? ' ' : null, value ?? null), input);
   const many = crowd.panel(() => {
     read();
-    return sides().map((of) => ({ name: label(of), files: files(of) }));
+    // The landing beside the distribution is one of it.
+    if (flownAs?.address !== address()) void start();
+    return { of: campaign(), sides: sides().map((of) => ({ name: label(of), files: files(of) })) };
   });
   panel.append(
     el(

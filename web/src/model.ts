@@ -2,7 +2,7 @@
 
 import { digits, download, el, failure, isCancelled, number, reason, table, warnings } from './dom';
 import { figure, type Plot } from './plots';
-import type { Lab, Vehicle } from './state';
+import type { Lab, LogFile, Vehicle } from './state';
 
 interface Term {
   of: string;
@@ -77,8 +77,8 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   const shown = el('div', { id: 'identified' });
   let running: AbortController | undefined;
   const names = () => lab.logs.map((log) => log.name).join(', ');
-  /** The logs of what is shown. */
-  let identified = '';
+  /** The logs, and the map, of what is shown. */
+  let identified: { names: string; logs: LogFile[]; map: string } | undefined;
 
   /** Settings as `touchdown identify --settings` reads them. */
   function text(): string {
@@ -96,7 +96,8 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
 
   async function identify(): Promise<void> {
     running?.abort();
-    running = new AbortController();
+    const own = (running = new AbortController());
+    const asked = { names: names(), logs: [...lab.logs], map: lab.map };
     const { paths, files } = lab.files();
     const data = { logs: paths, map: lab.map === '' ? null : lab.map, settings: text() };
     const request =
@@ -106,7 +107,7 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
     cancel.hidden = false;
     start.disabled = true;
     shown.replaceChildren();
-    identified = '';
+    identified = undefined;
     const since = performance.now();
     const tick = () => {
       state.textContent = `Identifying … ${((performance.now() - since) / 1000).toFixed(0)} s`;
@@ -114,17 +115,22 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
     tick();
     const clock = setInterval(tick, 1000);
     try {
-      const { result } = await lab.calculator.ask<Identified>(request, files, running.signal);
+      const { result } = await lab.calculator.ask<Identified>(request, files, own.signal);
       state.textContent = `Identified in ${((performance.now() - since) / 1000).toFixed(1)} s.`;
       shown.replaceChildren(...content(result, lab));
-      identified = names();
+      identified = asked;
     } catch (error) {
+      // Another identification has begun: the page shows that.
+      if (running !== own) return;
       state.textContent = isCancelled(error) ? 'Cancelled.' : '';
       if (!isCancelled(error)) shown.replaceChildren(failure(reason(error)));
     } finally {
       clearInterval(clock);
-      cancel.hidden = true;
-      start.disabled = lab.logs.length === 0;
+      if (running === own) {
+        running = undefined;
+        cancel.hidden = true;
+        update();
+      }
     }
   }
 
@@ -132,14 +138,19 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   cancel.addEventListener('click', () => running?.abort());
   const logs = el('p', { class: 'state' });
   const update = () => {
-    start.disabled = lab.logs.length === 0;
+    start.disabled = lab.logs.length === 0 || running !== undefined;
     logs.textContent =
       lab.logs.length === 0 ? 'No logs yet: step 1 takes them.' : `Logs: ${names()}`;
-    if (identified !== '' && identified !== names()) state.textContent = `Below is what was identified from ${identified}.`;
+    if (!identified) return;
+    const same =
+      identified.map === lab.map &&
+      identified.logs.length === lab.logs.length &&
+      identified.logs.every((log, k) => log === lab.logs[k]);
+    if (!same) state.textContent = `Below is what was identified from ${identified.names}, before the logs or their map changed.`;
   };
   lab.watch(update);
   update();
-  const field = (label: string, input: HTMLElement) => el('label', { class: 'field' }, label, input);
+  const field = (label: string, input: HTMLElement) => el('label', { class: 'field', for: input.id }, label, input);
   panel.append(
     logs,
     el(

@@ -721,3 +721,67 @@ test('regress_tabs_by_keyboard', async () => {
   assert.equal(await lab.page.evaluate(() => document.activeElement.id), 'tab-model');
   await lab.close();
 });
+
+test('regress_what_is_saved_and_linked_is_what_is_shown', async () => {
+  const lab = await Page.open(chromium);
+  await lab.tab('deck');
+  await lab.text('#outcome', /Outcome/);
+  const flown = async () => lab.page.waitForFunction(() => !document.querySelector('#fly').disabled);
+  const set = (value) =>
+    lab.page.$eval('#height_m', (input, to) => {
+      input.value = to;
+      input.dispatchEvent(new Event('input'));
+    }, value);
+  await flown();
+  const record = (await lab.saved('#mcap')).content;
+  // The controls move, and nothing is flown.
+  await set('1.2');
+  await lab.page.click('#share');
+  await lab.text('#deck-state', /has not flown/);
+  assert.match(lab.page.url(), /height_m=0.4&/);
+  assert.ok(record.equals((await lab.saved('#mcap')).content), 'the record of the landing that is shown');
+  // A flight that is cancelled leaves the landing and its address.
+  await lab.page.evaluate(() => {
+    document.querySelector('#fly').click();
+    document.querySelector('#fly-cancel').click();
+  });
+  await lab.text('#deck-state', /^Cancelled\. Below is the landing that was flown before\./);
+  assert.match(lab.page.url(), /height_m=0.4&/);
+  // A hundred landings stand beside one of them, and beside no other.
+  await lab.page.click('#crowd');
+  await lab.page.waitForFunction(() => /significant_height_m = 1.2,/.test(document.querySelector('pre').textContent));
+  await lab.text('#distribution', /of \d/);
+  assert.match(lab.page.url(), /height_m=1.2&/);
+  await set('0.8');
+  await lab.page.click('#fly');
+  await flown();
+  assert.equal(await lab.page.$eval('#distribution', (box) => box.textContent), '');
+  // Every control has a name.
+  const labels = await lab.page.$$eval('#deck .fields input, #deck .fields select', (all) => all.map((one) => one.labels.length));
+  assert.deepEqual(labels, labels.map(() => 1));
+  assert.ok(labels.length >= 12);
+  assert.deepEqual(lab.errors, []);
+  await lab.close();
+});
+
+test('regress_a_model_is_that_of_the_logs_that_were_asked_for', async () => {
+  const lab = await Page.open(chromium);
+  await lab.page.click('#example-flights');
+  await lab.text('#inspection', /throttle/);
+  await lab.tab('model');
+  await lab.page.select('#task', 'identify_ground_effect');
+  await lab.page.type('#mass', '1.37');
+  await lab.page.type('#radius', '0.12');
+  await lab.page.click('#identify');
+  await lab.text('#model .state[role=status]', /^Identifying/);
+  // Other logs come while it runs.
+  const other = join(mkdtempSync(join(tmpdir(), 'lab-')), 'other.csv');
+  writeFileSync(other, 'time_s,throttle,thrust_n\n0,0.1,1\n0.1,0.2,2\n0.2,0.3,3\n');
+  await lab.drop(other);
+  await lab.text('#model p.state', /other\.csv/);
+  assert.equal(await lab.page.$eval('#identify', (button) => button.disabled), true, 'one at a time');
+  await lab.text('#model .state[role=status]', /^Below is what was identified from .*\.ulg, before the logs or their map changed/);
+  assert.equal(await lab.page.$eval('#identify', (button) => button.disabled), false);
+  assert.deepEqual(lab.errors, []);
+  await lab.close();
+});
