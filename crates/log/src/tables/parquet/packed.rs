@@ -1,6 +1,6 @@
 //! Pages that are packed with Zstandard, where the Parquet reader has no library in C that unpacks them.
 //!
-//! The reader is told that the pages are plain. It checks their checksums, which are those of the packed bytes, and hands
+//! For the reader the pages count as not compressed. It checks their checksums, which are those of the packed bytes, and hands
 //! them over as they are.
 
 use super::bounded::Bounded;
