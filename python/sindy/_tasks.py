@@ -16,8 +16,8 @@ from ._errors import SindyError, fault
 Task = tuple[int, int]
 T = TypeVar("T")
 
-# A silence of so many times the longest task yet, and of at least so many seconds, is a worker that hangs. Twice would
-# hand out tasks that are merely the longest; a short floor those of workers that are only being started.
+# A silence of so many times the longest task yet, for its size, and of at least so many seconds, is a worker that hangs. Twice
+# would hand out tasks that are merely the longest; a short floor those of workers that are only being started.
 SILENCE = 3.0
 LEAST_SILENCE_S = 10.0
 
@@ -83,8 +83,8 @@ def _timed(call: Callable[..., T], *args: Any) -> tuple[float, T]:
 class Driver(Generic[T]):
     """Hands out tasks, and hands them out again where workers fail or hang.
 
-    Where no task ends for three times as long as the longest took, and for at least ten seconds, those that are out are
-    handed out once more. The first result of a task counts, so tasks have to be pure functions.
+    Where no task ends for three times as long as the longest took, for its size, and for at least ten seconds, those that
+    are out are handed out once more. The first result of a task counts, so tasks have to be pure functions.
 
     Parameters
     ----------
@@ -180,7 +180,10 @@ class Driver(Generic[T]):
         """How long no task may end before those that are out are handed out once more."""
         if not self.seconds or self._again.issuperset(self._flying.values()):
             return None
-        return max(LEAST_SILENCE_S, SILENCE * max(self.seconds.values()))
+        # Tasks may be larger than those that are done: those that were timed, for instance, have one block.
+        slowest_s = max(seconds / (end - first) for (first, end), seconds in self.seconds.items())
+        largest = max(end - first for first, end in self._flying.values())
+        return max(LEAST_SILENCE_S, SILENCE * slowest_s * largest)
 
     def _once_more(self) -> list[Task]:
         """The tasks that are out, but those that were handed out twice."""

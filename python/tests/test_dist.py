@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import pickle
 import subprocess
+import time
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ import pytest
 from systems import driven
 
 import sindy
+from sindy._tasks import Driver
 
 MODEL = sindy.SINDy("poly(2)", states=["x", "v"], inputs=["u"])
 
@@ -133,6 +135,22 @@ def test_prop_workers_that_fail_are_one_clear_error(files: list[str], tmp_path: 
     # One worker is killed, once: a new pool goes on.
     found = sindy.dist.fit(made, files, MODEL, read=Dying(tmp_path))
     assert (tmp_path / "died").exists() and same(found, one_process(files))
+
+
+def test_prop_a_larger_task_has_more_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sindy._tasks.LEAST_SILENCE_S", 0.05)
+    calls: list[tuple[int, int]] = []
+
+    def flies(first: int, end: int) -> None:
+        calls.append((first, end))
+        # A hundredth of a second each: the second task takes ten times the least silence.
+        time.sleep(0.01 * (end - first))
+
+    with ThreadPoolExecutor(2) as executor:
+        driver = Driver(executor, flies, lambda task: task, retries=0, what="", rest="")
+        driver.run([(0, 1)], lambda *_: None)
+        driver.run([(1, 51)], lambda *_: None)
+    assert calls == [(0, 1), (1, 51)]
 
 
 def test_prop_bad_input_names_the_file(files: list[str], tmp_path: Path) -> None:

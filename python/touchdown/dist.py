@@ -87,7 +87,7 @@ def campaign(
     retries : int
         How often a task that fails, by whatever but a fault of the sweep, is handed out again; and how many executors in
         succession may break without a task done. A task of a worker that hangs is handed out once more: where none has
-        ended for three times as long as the longest took, and for ten seconds.
+        ended for three times as long as the longest took, for its size, and for ten seconds.
     progress : callable, optional
         Called with the landings that are there and those of the campaign, after every task. What it raises ends the
         campaign.
