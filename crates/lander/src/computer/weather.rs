@@ -92,6 +92,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
+    /// [`Target::lift_rise_s`]; none in wind, where a descent has to end as well.
+    pub(super) fn lift_rise_s(&self, state: &ComputerState<R, G::State>, may_touch: bool) -> R {
+        if state.lean.norm() > r(LOW_LEAN) {
+            R::ZERO
+        } else {
+            state.sea.lift_rise_s(may_touch)
+        }
+    }
+
     /// How much faster a descent ends in the wind, m/s.
     pub(super) fn windy_sink_mps(&self, state: &ComputerState<R, G::State>, most_mps: R) -> R {
         let beyond = self.steady_slope(state.lean) - r(UPRIGHT);

@@ -3,6 +3,7 @@
 
 mod adaptation;
 pub(crate) mod allocation;
+pub(crate) mod cushion;
 pub(crate) mod horizontal;
 pub(crate) mod observer;
 

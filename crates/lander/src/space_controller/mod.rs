@@ -6,6 +6,7 @@ mod motion;
 pub use motion::{Motion, SpaceCommand, Target};
 
 use crate::control::allocation::{VERTICAL_SHARE_MIN, allocate};
+use crate::control::cushion::counted;
 use crate::control::horizontal::Errors;
 use crate::control::observer::{Felt, Record};
 use crate::control::{
@@ -15,7 +16,7 @@ use touchdown_flight::control::channel::{ChannelInput, VerticalChannel, ground_i
 use touchdown_flight::control::{Law, Saturation, VerticalState};
 use touchdown_flight::error::SettingsError;
 use touchdown_flight::ground_effect::{GroundEffect, GroundEffectInput, Guarded, Lift};
-use touchdown_flight::kernel::usable_dt;
+use touchdown_flight::kernel::{lag_share, usable_dt};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::ReferencePoint;
 use touchdown_flight::space::{Attitude, Vector};
@@ -127,6 +128,8 @@ pub struct SpaceControllerState<R: Real, S> {
     /// State of the adaptation, if one is used.
     pub adaptation: Option<AdaptationState<R>>,
     record: Record<R>,
+    /// The lift that the last command counted.
+    counted: Lift<R>,
     /// The last motion and target, with every value finite.
     motion: Motion<R>,
     target: Target<R>,
@@ -194,6 +197,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             }),
             adaptation: self.adaptation.map(|adaptation| adaptation.initial()),
             record: Record::new(thrust_n, lift, motion.attitude.up()),
+            counted: lift,
             motion,
             target,
             // Level, so that no command exceeds the tilt limit.
@@ -223,7 +227,10 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             (true, true) => Learn::Aside,
             (true, false) => Learn::All,
         };
-        let lift = self.advance_estimates(state, &motion, learn, dt);
+        // Observer and adaptation know all of the lift, so the observer does not take back what the command leaves.
+        let all = self.advance_estimates(state, &motion, learn, dt);
+        let lift = counted(state.counted, all, lag_share(target.lift_rise_s, dt));
+        state.counted = lift;
 
         let up = motion.attitude.up();
         let channel = self.channel();

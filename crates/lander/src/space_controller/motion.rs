@@ -44,6 +44,8 @@ pub struct Target<R> {
     /// In the last decimetre above the deck, of a vehicle that leans into the wind: the slope of its trim, by which the tilt is
     /// limited. Otherwise 0.
     pub low_slope: R,
+    /// Time constant with which the command counts a rising lift of the ground effect, s; at 0 it counts all lift at once.
+    pub lift_rise_s: R,
     /// The vertical observer and the adaptation pause, because the legs may touch.
     pub hold_estimates: bool,
 }
@@ -142,6 +144,7 @@ impl<R: Real> Target<R> {
             descending: self.descending,
             haste: self.haste.finite_or(R::ZERO),
             low_slope: self.low_slope.finite_or(R::ZERO),
+            lift_rise_s: self.lift_rise_s.finite_or(R::ZERO),
             hold_estimates: self.hold_estimates,
         }
     }

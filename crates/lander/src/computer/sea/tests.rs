@@ -104,3 +104,43 @@ fn analytic_a_high_start_waits_until_the_deck_was_watched() {
         "watched"
     );
 }
+
+#[test]
+fn analytic_a_descent_counts_rising_lift_late_over_a_deck_that_moves() {
+    let over = |seen_mps: f64, rough_mps: f64| Sea {
+        seen_mps,
+        rough_mps,
+        ..Sea::default()
+    };
+    // 0.8 s²/m, at most 0.4 s; all of it where the feet may touch.
+    assert_eq!(over(0.0, 0.0).lift_rise_s(false), 0.0);
+    assert!((over(0.25, 0.3).lift_rise_s(false) - 0.2).abs() < ROUNDING);
+    assert_eq!(over(0.6, 0.65).lift_rise_s(false), 0.4);
+    assert_eq!(over(0.0, 0.0).lift_rise_s(true), 0.4);
+    // In a rough sea a descent ends whether soft or not.
+    assert_eq!(over(0.6, 0.8).lift_rise_s(true), 0.0);
+}
+
+#[test]
+fn analytic_a_forecast_counts_as_far_as_the_measured_velocity_bears_it_out() {
+    let sea = |contradicted_mps: f64, seen_mps: f64| Sea {
+        contradicted_mps,
+        seen_mps,
+        ..Sea::default()
+    };
+    assert!((sea(0.0, 0.3).plausible_mps2(-0.9) + 0.9).abs() < ROUNDING);
+    // σ = 0.06 m/s over a calm deck, √(0.06² + 0.08²) = 0.1 m/s where it moved by 0.08/0.15 m/s: half is left.
+    for (sigma, seen_mps) in [(0.06, 0.0), (0.1, 0.08 / 0.15)] {
+        for sign in [1.0, -1.0] {
+            let left = sea(sign * sigma, seen_mps).plausible_mps2(0.8);
+            assert!((left - 0.4).abs() < ROUNDING, "{left}");
+        }
+    }
+    // A rough sea goes by its greatest speed alone.
+    let rough = Sea {
+        rough_mps: 1.0,
+        ..sea(0.5, 1.0)
+    };
+    assert_eq!(rough.plausible_mps2(1.5), 1.5);
+    assert_eq!(rough.plausible_mps2(3.0), 2.0);
+}

@@ -249,6 +249,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
         let feet_height_m = self.feet_height_m(motion);
         let low_slope = self.low_slope(state, feet_height_m);
+        let may_touch = feet_height_m < self.contact_height_m;
+        let lift_rise_s = self.lift_rise_s(state, may_touch);
         let slower = self.idle_slower(state, motion);
         let controller = self.started(&mut state.controller, motion, state.hover_throttle);
         match order {
@@ -259,9 +261,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                     target.velocity_mps += state.lean * target.vertical.velocity_mps;
                     target.haste = state.sea.haste();
                 }
-                target.hold_estimates |= feet_height_m < self.contact_height_m;
+                target.hold_estimates |= may_touch;
                 if target.descending {
                     target.low_slope = low_slope;
+                    target.lift_rise_s = lift_rise_s;
                 }
                 let command = self.controller.step(controller, motion, &target, dt);
                 (Some(command), Some(target))
