@@ -79,8 +79,11 @@ fn of_topics(log: &Log, map: Option<&Map>) -> Result<Inspected> {
 }
 
 fn of_table(path: &Path, map: Option<&Map>) -> Result<Inspected> {
-    let large = std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE);
-    if map.is_none() && large {
+    if let Some(map) = map {
+        let (columns, trial, findings) = touchdown_log::inspect_mapped(path, map)?;
+        return Ok(with_channels(columns, &trial, findings));
+    }
+    if std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE) {
         let (columns, mut findings) = touchdown_log::inspect_file(path)?;
         findings.warnings.push(format!(
             "a table of more than {} MB: medians are those of a random sample; channels are shown with a map",
@@ -90,26 +93,25 @@ fn of_table(path: &Path, map: Option<&Map>) -> Result<Inspected> {
     }
     let (table, mut findings) = touchdown_log::read_table(path)?;
     let columns = touchdown_log::inspect(&table, None);
-    let mut trial = None;
-    if let Some(map) = map {
-        trial = Some(touchdown_log::apply(&table, map)?);
-    } else if let Ok(map) = Map::identity_for(&table) {
+    if let Ok(map) = Map::identity_for(&table) {
         match touchdown_log::apply(&table, &map) {
-            Ok(applied) => trial = Some(applied),
+            Ok((trial, applied)) => {
+                return Ok(with_channels(columns, &trial, findings.then(applied)));
+            }
             Err(error) => findings
                 .warnings
                 .push(format!("not usable without a map: {error}")),
         }
     }
-    let trial = trial.map(|(trial, applied)| {
-        findings = std::mem::take(&mut findings).then(applied);
-        trial
-    });
-    Ok(Inspected {
-        channels: trial.as_ref().map(touchdown_log::inspect_trial),
-        preview: trial.as_ref().map(preview).unwrap_or_default(),
+    Ok(table_alone(columns, findings))
+}
+
+fn with_channels(columns: Inspection, trial: &Trial, findings: Findings) -> Inspected {
+    Inspected {
+        channels: Some(touchdown_log::inspect_trial(trial)),
+        preview: preview(trial),
         ..table_alone(columns, findings)
-    })
+    }
 }
 
 fn table_alone(columns: Inspection, findings: Findings) -> Inspected {
