@@ -23,6 +23,8 @@ pub(crate) struct Inspected {
     recommended_map: Option<&'static str>,
     /// A map to start from.
     suggested_map: Option<String>,
+    /// What a person has to add to that map before it can be used.
+    suggested_map_lacks: Option<&'static str>,
     /// Channels by the map, by the built-in map, or where columns are channels already.
     channels: Option<Inspection>,
     /// The channels over time.
@@ -71,6 +73,7 @@ fn of_topics(log: &Log, map: Option<&Map>) -> Result<Inspected> {
         table: None,
         recommended_map: recommended,
         suggested_map: Some(built_in.map_or_else(|| survey.suggested_map(), str::to_owned)),
+        suggested_map_lacks: None,
         topics: Some(survey),
         channels: trial.as_ref().map(touchdown_log::inspect_trial),
         preview: trial.as_ref().map(preview).unwrap_or_default(),
@@ -116,6 +119,7 @@ fn with_channels(columns: Inspection, trial: &Trial, findings: Findings) -> Insp
 
 fn table_alone(columns: Inspection, findings: Findings) -> Inspected {
     Inspected {
+        suggested_map_lacks: columns.suggested_map.as_deref().and_then(lacks),
         suggested_map: columns.suggested_map.clone(),
         table: Some(columns),
         topics: None,
@@ -124,6 +128,14 @@ fn table_alone(columns: Inspection, findings: Findings) -> Inspected {
         preview: Vec::new(),
         findings: with_loss(findings),
     }
+}
+
+/// A map of columns of which none is the time has to be told the time between two rows.
+fn lacks(map: &str) -> Option<&'static str> {
+    parse_map(map).is_err().then_some(
+        "no column looks like the time. In the line that begins with `# time_s`, remove the # and put the seconds from one row to \
+         the next in the place of 0.01.",
+    )
 }
 
 /// What was lost is a warning as well.
