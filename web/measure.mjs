@@ -1,30 +1,24 @@
 // How fast the lab is in headless Chromium with a software renderer, and how much memory a large log takes:
 // node measure.mjs [MEGABYTES OF THE LARGE LOG]
-import { execFileSync } from 'node:child_process';
 import { closeSync, mkdtempSync, openSync, rmSync, writeSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { Page, browser } from './test/browser.mjs';
+import { Page, browser, memory } from './test/browser.mjs';
 
 const megabytes = Number(process.argv[2] ?? 1000);
 const runs = 5;
 /** Seconds of a landing that is played. */
 const PLAYED_S = 5;
 
-const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
+/** A map of three of the table's five columns. */
+const MAP = `schema = 1
+[channels]
+time_s = 'time_s'
+throttle = 'throttle'
+thrust_n = 'thrust_n'
+`;
 
-/** Memory of the browser's processes that hold pages and their workers, in MB. */
-function memory(chromium) {
-  const rows = execFileSync('ps', ['-eo', 'pid=,ppid=,rss=,args=']).toString().trim().split('\n');
-  const processes = rows.map((row) => row.trim().split(/\s+/, 3).map(Number).concat(row));
-  const own = new Set([chromium.process().pid]);
-  for (let before = 0; before < own.size; ) {
-    before = own.size;
-    for (const [pid, parent] of processes) if (own.has(parent)) own.add(pid);
-  }
-  const pages = processes.filter(([pid, , , row]) => own.has(pid) && row.includes('--type=renderer'));
-  return Math.max(0, ...pages.map(([, , kilobytes]) => kilobytes / 1000));
-}
+const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
 
 /** A table of throttle and thrust of about so many bytes. */
 function largeTable(path, bytes) {
@@ -90,10 +84,15 @@ try {
   await (await large.page.$('#files')).uploadFile(table);
   await large.text('#log', /rows|error|Error|cannot|memory/i);
   await large.picture('large');
+  const said = (what, from) =>
+    console.log(`${what} after ${((performance.now() - from) / 1000).toFixed(0)} s with ${most.toFixed(0)} MB of memory (${before.toFixed(0)} MB before)`);
+  said(`a table of ${megabytes} MB is shown`, since);
+  most = 0;
+  const mapped = performance.now();
+  await large.map(MAP);
+  await large.text('#inspection', /Channels/);
   clearInterval(watch);
-  console.log(
-    `a table of ${megabytes} MB is shown after ${((performance.now() - since) / 1000).toFixed(0)} s with ${most.toFixed(0)} MB of memory (${before.toFixed(0)} MB before)`,
-  );
+  said('its channels by a map of three of its columns', mapped);
   await large.close();
   rmSync(folder, { recursive: true });
 } finally {

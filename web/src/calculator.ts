@@ -39,11 +39,12 @@ export class Calculator {
     return this.module;
   }
 
-  /** Asks for a result. `files` are what the program may read, by path without the first slash. */
+  /** Asks for a result. `files` are what the program may read, by path without the first slash; `stage` hears what a calculation begins. */
   async ask<T>(
     request: Record<string, unknown>,
     files: Map<string, Input> = new Map(),
     signal?: AbortSignal,
+    stage?: (text: string) => void,
   ): Promise<Answer<T>> {
     const module = await this.ready();
     signal?.throwIfAborted();
@@ -55,6 +56,7 @@ export class Calculator {
       };
       signal?.addEventListener('abort', cancel, { once: true });
       worker.onmessage = (event: MessageEvent<Report>) => {
+        if ('stage' in event.data) return stage?.(event.data.stage);
         signal?.removeEventListener('abort', cancel);
         this.idle.push(worker);
         const report = event.data;

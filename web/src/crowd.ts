@@ -1,7 +1,8 @@
 // Landings in the background, with the distribution of touchdown speeds growing while one watches.
 
-import { digits, el, failure, isCancelled, reason, table } from './dom';
+import { digits, el, failure, isCancelled, reason, refocus, table } from './dom';
 import { shade } from './plots';
+import { SCENARIO } from './scenario';
 import type { Lab } from './state';
 
 type Row = [string, string][];
@@ -37,16 +38,20 @@ export class Crowd {
     this.shown.replaceChildren();
   }
 
-  /** The button and what it shows; `asked` gives the controllers when it is pressed, and what their landings are of. */
-  panel(asked: () => { of: string; sides: Side[] }): HTMLElement {
+  /** The button and what it shows; `asked` gives the controllers when it is pressed, and what their landings are of; nothing where
+   * the controls make no scenario. */
+  panel(asked: () => { of: string; sides: Side[] } | undefined): HTMLElement {
     const start = el('button', { type: 'button', id: 'crowd' }, `Fly ${WANTED} landings`);
     const cancel = el('button', { type: 'button', id: 'crowd-cancel', hidden: true, onclick: () => this.stop() }, 'Cancel');
     const bar = el('progress', { max: 1, value: 0, hidden: true, 'aria-label': 'Landings flown' });
     const shown = this.shown;
     start.addEventListener('click', () => {
+      const scenario = asked();
+      if (!scenario) return;
       this.stop();
-      const { of, sides } = asked();
+      const { of, sides } = scenario;
       this.of = of;
+      const focus = refocus();
       const running = (this.running = new AbortController());
       start.disabled = true;
       cancel.hidden = bar.hidden = false;
@@ -57,6 +62,7 @@ export class Crowd {
         .finally(() => {
           start.disabled = false;
           cancel.hidden = bar.hidden = true;
+          focus();
         });
     });
     return el('div', {}, el('div', { class: 'row' }, start, cancel, bar), shown);
@@ -72,7 +78,7 @@ export class Crowd {
     let done = 0;
     const work = async () => {
       for (let block = blocks.shift(); block; block = blocks.shift()) {
-        const request = { task: 'landings', sweep: '/in/sweep.toml', from: block.from, to: block.from + BLOCK };
+        const request = { task: 'landings', sweep: SCENARIO, from: block.from, to: block.from + BLOCK };
         const files = sides[block.side]!.files;
         const { result } = await this.lab.calculator.ask<Row[]>(request, files, signal);
         rows[block.side]!.push(...result);

@@ -1,20 +1,22 @@
 // Step 3: landings of two controllers on the same deck.
 
 import type uPlot from 'uplot';
-import { download, el, failure, isCancelled, number, reason, table } from './dom';
+import { download, el, failure, isCancelled, number, reason, refocus, table, warnings } from './dom';
+import { checkAll, NumberField } from './field';
 import { draw, shade, type Plot } from './plots';
 import {
   cardsOf,
   CONTROLLERS,
   DECKS,
   fromHash,
-  LANDINGS,
   MODELS,
   NOBODY,
+  SCENARIO,
   side,
+  SLIDERS,
   toHash,
   toml,
-  whole,
+  TYPED,
   type Model,
   type Scenario,
   type Side,
@@ -22,16 +24,17 @@ import {
 import { phaseAt, viewIn, type View, type Landing } from './scene';
 import { Legend } from './legend';
 import { Playback } from './playback';
+import { ownCards, USES } from './cards';
 import { Crowd } from './crowd';
 import type { CardFile, Lab, Use } from './state';
 
-const SLIDERS = [
-  ['height_m', 'Wave height, or amplitude (m)', 0.05, 1.5, 0.05],
-  ['period_s', 'Period (s)', 2, 15, 0.5],
-  ['wind_mps', 'Wind (m/s)', 0, 12, 0.5],
-  ['strength', 'Ground effect (1: the paper’s)', 0, 2, 0.05],
-  ['delay_s', 'Delay of commands (s)', 0, 0.1, 0.005],
-] as const;
+const LABELS: [keyof typeof SLIDERS, string][] = [
+  ['height_m', 'Wave height, or amplitude (m)'],
+  ['period_s', 'Period (s)'],
+  ['wind_mps', 'Wind (m/s)'],
+  ['strength', 'Ground effect (1: the paper’s)'],
+  ['delay_s', 'Delay of commands (s)'],
+];
 /** Figures of a landing that the table shows. */
 const ROWS = [
   ['outcome', 'Outcome'],
@@ -44,11 +47,8 @@ const ROWS = [
   ['greatest_foot_n', 'Greatest force on a foot (N)'],
 ] as const;
 
-/** What a card is for, in words. */
-const USES: Record<Use, string> = { thrust: 'Thrust', dynamic: 'Ground effect', empirical: 'Ground effect, empirical law' };
-
 export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
-  let scenario = fromHash(location.hash);
+  let { scenario, faults } = fromHash(location.hash);
   /** Null where the browser cannot draw one: all else is shown. */
   let view: View | null | undefined;
   let landings: Landing[] = [];
@@ -68,10 +68,12 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     second: el('select', { id: 'second' }, ...options(CONTROLLERS), el('option', { value: NOBODY }, 'Nobody')),
     second_model: el('select', { id: 'second-model' }, ...options(MODELS)),
   };
-  const integer = (id: string) => el('input', { id, type: 'number', min: 0, step: 1 });
-  const numbers = { seed: integer('seed'), landing: integer('landing') };
-  numbers.landing.max = String(LANDINGS - 1);
-  const sliders = SLIDERS.map(([key, label, min, max, step]) => {
+  const numbers = {
+    seed: new NumberField('seed', 'Seed', TYPED.seed),
+    landing: new NumberField('landing', 'Landing', TYPED.landing),
+  };
+  const sliders = LABELS.map(([key, label]) => {
+    const { min, max, step } = SLIDERS[key];
     const input = el('input', { id: key, type: 'range', min, max, step });
     const value = el('output', { for: key });
     input.addEventListener('input', () => (value.textContent = input.value));
@@ -87,11 +89,12 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   const state = el('p', { role: 'status', class: 'state', id: 'deck-state' });
   const problem = el('div', { id: 'deck-problem' });
   const missing = el('div', { id: 'missing-cards' });
+  const wrong = el('div', { id: 'link-faults', role: 'status' });
   const box = el('div', { class: 'view' });
   const legend = new Legend();
   const charts = el('div', { class: 'charts' });
   const outcome = el('div', { id: 'outcome' });
-  const cards = el('ul', { class: 'cards' });
+  const cards = ownCards(lab, panel);
   const file = el('pre', { tabindex: 0 });
   const crowd = new Crowd(lab);
   const playback = new Playback(play, time, seek);
@@ -102,8 +105,8 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       input.value = String(scenario[key]);
       value.textContent = input.value;
     }
-    numbers.seed.value = String(scenario.seed);
-    numbers.landing.value = String(scenario.landing);
+    numbers.seed.set(scenario.seed);
+    numbers.landing.set(scenario.landing);
   }
 
   function read(): void {
@@ -114,16 +117,17 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       first_model: selects.first_model.value as Model,
       second: selects.second.value,
       second_model: selects.second_model.value as Model,
-      seed: whole(Number(numbers.seed.value), Number.MAX_SAFE_INTEGER),
-      landing: whole(Number(numbers.landing.value), LANDINGS - 1),
+      // A field that is wrong is marked, and nothing flies.
+      seed: numbers.seed.value() ?? scenario.seed,
+      landing: numbers.landing.value() ?? scenario.landing,
     };
     for (const { key, input } of sliders) scenario[key] = Number(input.value);
   }
 
   /** Files of the scenario for a side: it and the cards that fly. */
   function files(of: Side): Map<string, Blob> {
-    const cards = of.cards.map((card): [string, string] => [`in/${card.use}.toml`, card.toml]);
-    const all: [string, string][] = [['in/sweep.toml', toml(scenario, of)], ...cards];
+    const cards = of.cards.map((card): [string, string] => [`${card.use}.toml`, card.toml]);
+    const all: [string, string][] = [[SCENARIO, toml(scenario, of)], ...cards];
     return new Map(all.map(([name, content]) => [name, new Blob([content])]));
   }
 
@@ -152,6 +156,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     running?.abort();
     const own = (running = new AbortController());
     problem.replaceChildren();
+    const focus = refocus();
     fly.disabled = record.disabled = true;
     cancel.hidden = false;
     state.textContent = text;
@@ -169,25 +174,34 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     cancel.hidden = true;
     fly.disabled = false;
     record.disabled = landings.length === 0;
+    focus();
   }
 
-  /** Flies the scenario of the controls; that of a link keeps its address. */
-  async function start(fromLink = false): Promise<void> {
+  /** Flies the scenario of the controls; that of a link keeps its address. Whether the controls make one. */
+  async function start(fromLink = false): Promise<boolean> {
+    if (!checkAll(Object.values(numbers))) {
+      state.textContent = 'Nothing was flown: a field above is marked, and says what it takes.';
+      return false;
+    }
     read();
-    if (!fromLink) history.replaceState(null, '', address());
+    // The address of a link stays, but for values that do not fly.
+    const linked = faults.length > 0 ? `#${toHash(scenario, cardsOf(location.hash))}` : location.hash;
     missingCards(fromLink ? cardsOf(location.hash) : []);
+    wrong.replaceChildren(...(fromLink ? [warnings('This link has values that cannot fly', faults)] : []).filter((box) => box !== null));
     crowd.keep(campaign());
     playback.stop();
     const before = flownAs;
     const since = performance.now();
     await work('Flying …', async (signal) => {
-      const request = { task: 'land', sweep: '/in/sweep.toml', landing: scenario.landing };
+      const request = { task: 'land', sweep: SCENARIO, landing: scenario.landing };
       const [flown, cards] = [sides(), lab.cards];
       const asked = flown.map((of) => lab.calculator.ask<Landing>(request, files(of), signal));
-      const own = { hash: location.hash, address: address(), landing: scenario.landing, files: files(flown[0]!) };
+      const own = { hash: fromLink ? linked : address(), address: address(), landing: scenario.landing, files: files(flown[0]!) };
       landings = (await Promise.all(asked)).map(({ result }) => result);
       flownCards = cards;
       flownAs = own;
+      // Each scenario that has flown is a step of the browser's history; the first one is that of the page itself.
+      if (own.hash !== location.hash) history[before && !fromLink ? 'pushState' : 'replaceState'](null, '', own.hash);
       const seconds = ((performance.now() - since) / 1000).toFixed(2);
       show(flown);
       return [`Flown in ${seconds} s.`, landings[0]?.vehicle].filter(Boolean).join(' ');
@@ -197,6 +211,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       history.replaceState(null, '', before.hash);
       state.textContent = `${state.textContent} Below is the landing that was flown before.`.trim();
     }
+    return true;
   }
 
   /** Says that a link was made with own cards which are not here. */
@@ -204,7 +219,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     const absent = stated.filter((use) => !lab.card(use)).map((use) => USES[use].toLowerCase());
     const text =
       `This link was made with own cards (${absent.join('; ')}). A link does not hold cards, so built-in models fly here and ` +
-      'the landing is another one. To fly the same, identify the cards in step 2 from the same logs.';
+      'the landing is another one. To fly the same, add the files of the cards, or identify them in step 2 from the same logs.';
     missing.replaceChildren(...(absent.length > 0 ? [el('div', { class: 'warning', role: 'status' }, text)] : []));
   }
 
@@ -258,7 +273,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     const [before, flown] = [state.textContent ?? '', flownAs];
     if (!flown) return;
     await work('Recording …', async (signal) => {
-      const request = { task: 'record', sweep: '/in/sweep.toml', landing: flown.landing, out: '/out' };
+      const request = { task: 'record', sweep: SCENARIO, landing: flown.landing, out: '/out' };
       const { written } = await lab.calculator.ask(request, flown.files, signal);
       for (const [name, bytes] of written) download(name, bytes as BlobPart, 'application/octet-stream');
       return before;
@@ -266,6 +281,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   }
 
   async function copy(): Promise<void> {
+    if (!flownAs && !checkAll(Object.values(numbers))) return;
     read();
     const hash = flownAs?.hash ?? address();
     history.replaceState(null, '', hash);
@@ -278,20 +294,11 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     }
   }
 
-  function listCards(): void {
+  /** An own ground effect needs a card. */
+  function offerOwn(): void {
     for (const select of [selects.first_model, selects.second_model]) {
       select.querySelector<HTMLOptionElement>('[value=own]')!.disabled = !lab.cards.some(({ use }) => use !== 'thrust');
     }
-    const none = el('li', {}, 'The built-in models fly. Cards of step 2 replace them.');
-    const items = lab.cards.map((card) =>
-      el(
-        'li',
-        {},
-        `${USES[card.use]}: ${card.name} `,
-        el('button', { type: 'button', onclick: () => lab.remove(card.use) }, 'Remove'),
-      ),
-    );
-    cards.replaceChildren(...(items.length > 0 ? items : [none]));
   }
 
   /** An own ground effect flies beside the same controller without it. */
@@ -311,17 +318,18 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   record.addEventListener('click', () => void save());
   share.addEventListener('click', () => void copy());
   addEventListener('hashchange', () => {
-    scenario = fromHash(location.hash);
+    ({ scenario, faults } = fromHash(location.hash));
     fill();
     void start(true);
   });
-  lab.watch(listCards);
+  lab.watch(offerOwn);
   lab.receive(receive);
-  listCards();
+  offerOwn();
   fill();
   const field = (text: string, input: HTMLElement, value?: HTMLElement) =>
     el('label', { class: 'field', for: input.id }, el('span', {}, text, value ? ' ' : null, value ?? null), input);
   const many = crowd.panel(() => {
+    if (!checkAll(Object.values(numbers))) return undefined;
     read();
     // The landing beside the distribution is one of it.
     if (flownAs?.address !== address()) void start();
@@ -337,11 +345,12 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       field('Its ground-effect model', selects.first_model),
       field('Ghost', selects.second),
       field('The ghost’s ground-effect model', selects.second_model),
-      field('Seed', numbers.seed),
-      field('Landing', numbers.landing),
+      numbers.seed.element,
+      numbers.landing.element,
     ),
     cards,
     missing,
+    wrong,
     el('div', { class: 'row' }, fly, cancel, play, record, share),
     state,
     problem,

@@ -84,3 +84,11 @@ export function reason(error: unknown): string {
 export function isCancelled(error: unknown): boolean {
   return error instanceof DOMException && error.name === 'AbortError';
 }
+
+/** A control that is disabled loses the focus: what this returns gives it back, unless another one has it by then. */
+export function refocus(): () => void {
+  const focused = document.activeElement;
+  return () => {
+    if (document.activeElement === document.body && focused instanceof HTMLElement) focused.focus();
+  };
+}

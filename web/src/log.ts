@@ -35,6 +35,7 @@ interface Inspected {
   topics: { format: string; topics: Topic[]; duration_s: number } | null;
   recommended_map: string | null;
   suggested_map: string | null;
+  suggested_map_lacks: string | null;
   channels: Inspection | null;
   preview: Plot[];
   findings: { rows_read: number; rows_used: number; warnings: string[] };
@@ -107,21 +108,36 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
       shown.replaceChildren(...content(result, lab.map === '' ? offer(result) : null));
     };
     await work(`Reading ${log.name} …`, read, (error) => {
-      if (lab.map === '') shown.replaceChildren(failure(reason(error)));
-      else mapState.textContent = reason(error);
+      // Channels of the map before are none of this one.
+      shown.replaceChildren(failure(reason(error)));
+      mapState.textContent = lab.map === '' ? '' : 'No channels: the map does not fit. The reason is below.';
     });
   }
 
   /** A button that puts the map of a log into the editor: the built-in one that fits, or one to start from. */
-  function offer({ suggested_map: suggested, recommended_map: builtIn, channels }: Inspected): HTMLElement | null {
+  function offer({ suggested_map: suggested, suggested_map_lacks: lacks, recommended_map: builtIn, channels }: Inspected): HTMLElement | null {
     if (!suggested) return null;
-    const text = builtIn ? `Edit the built-in map ${builtIn}` : channels ? 'Edit a map of these columns' : 'Use the suggested map';
+    const usable = channels ? 'Edit a map of these columns' : 'Use the suggested map';
+    const text = builtIn ? `Edit the built-in map ${builtIn}` : lacks ? 'Complete the suggested map' : usable;
     const take = () => {
       editor.open = true;
-      lab.map = map.value = suggested;
-      void show();
+      map.value = suggested;
+      if (!lacks) return use();
+      lab.map = suggested;
+      lab.changed();
+      mapState.textContent = `This map is not complete: ${lacks}`;
+      const at = suggested.indexOf('# time_s');
+      map.focus();
+      if (at >= 0) map.setSelectionRange(at, suggested.indexOf('\n', at));
     };
     return el('button', { type: 'button', id: 'use-map', onclick: take }, text);
+  }
+
+  /** Takes the map of the editor. */
+  function use(): void {
+    lab.map = map.value.trim() === '' ? '' : map.value;
+    lab.changed();
+    void show();
   }
 
   function saveLogs(): void {
@@ -155,10 +171,7 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
   let rest: ReturnType<typeof setTimeout> | undefined;
   map.addEventListener('input', () => {
     clearTimeout(rest);
-    rest = setTimeout(() => {
-      lab.map = map.value.trim() === '' ? '' : map.value;
-      void show();
-    }, REST_MS);
+    rest = setTimeout(use, REST_MS);
   });
   choice.addEventListener('change', () => void show());
   const taken = (files: FileList | undefined | null) => {

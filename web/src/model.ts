@@ -1,8 +1,9 @@
 // Step 2: model cards from the logs, with what they rest on and what the data do not say.
 
-import { digits, download, el, failure, isCancelled, number, reason, table, warnings } from './dom';
+import { digits, download, el, failure, isCancelled, number, reason, refocus, table, warnings } from './dom';
+import { checkAll, NumberField } from './field';
 import { figure, type Plot } from './plots';
-import type { Lab, LogFile, Vehicle } from './state';
+import { useOf, type CardFile, type CardText, type Lab, type LogFile } from './state';
 
 interface Term {
   of: string;
@@ -14,12 +15,8 @@ interface Term {
   mark?: string | null;
 }
 
-interface Card {
-  name: string;
-  kind: 'thrust' | 'ground_effect';
-  form: string;
+interface Card extends CardText {
   equation: string;
-  vehicle: Vehicle;
   terms: Term[];
   warnings: string[];
 }
@@ -58,6 +55,8 @@ export interface Identified {
   rows_dropped: number;
 }
 
+/** Distance of routes at one height in their figure, over the greatest height. */
+const BESIDE = 0.015;
 /** Figures that stand open; the others are behind a line. */
 const SHOWN = 2;
 
@@ -68,8 +67,9 @@ const TASKS = [
 
 export function modelStep(panel: HTMLElement, lab: Lab): void {
   const task = el('select', { id: 'task' }, ...TASKS.map(([value, text]) => el('option', { value }, text)));
-  const number = (id: string) => el('input', { id, type: 'number', min: 0, step: 'any', inputmode: 'decimal' });
-  const [mass, radius, rotors] = [number('mass'), number('radius'), number('rotors')];
+  const mass = new NumberField('mass', 'Mass (kg)', { min: 0.001, max: 10_000, optional: true, example: '1.37' });
+  const radius = new NumberField('radius', 'Rotor radius (m)', { min: 0.001, max: 20, optional: true, example: '0.12' });
+  const rotors = new NumberField('rotors', 'Rotors', { min: 1, max: 64, whole: true, optional: true, example: '4' });
   const settings = el('textarea', { id: 'settings', rows: 4, spellcheck: 'false' });
   const start = el('button', { type: 'button', id: 'identify', class: 'primary' }, 'Identify');
   const cancel = el('button', { type: 'button', id: 'cancel', hidden: true }, 'Cancel');
@@ -79,23 +79,29 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   const names = () => lab.logs.map((log) => log.name).join(', ');
   /** The logs, and the map, of what is shown. */
   let identified: { names: string; logs: LogFile[]; map: string } | undefined;
+  /** Buttons of the cards that are shown. */
+  let flying: FlyButton[] = [];
 
   /** Settings as `touchdown identify --settings` reads them. */
   function text(): string {
-    const value = (input: HTMLInputElement) => (input.value === '' ? undefined : Number(input.value));
     const lines = (name: string, keys: [string, number | undefined][]) => {
       const given = keys.filter(([, v]) => v !== undefined).map(([key, v]) => `${key} = ${v}`);
       return given.length === 0 ? '' : `[${name}]\n${given.join('\n')}\n`;
     };
     const size: [string, number | undefined][] = [
-      ['mass_kg', value(mass)],
-      ['rotor_radius_m', value(radius)],
+      ['mass_kg', mass.value()],
+      ['rotor_radius_m', radius.value()],
     ];
-    return settings.value + '\n' + lines('vehicle', [...size, ['rotors', value(rotors)]]);
+    return settings.value + '\n' + lines('vehicle', [...size, ['rotors', rotors.value()]]);
   }
 
   async function identify(): Promise<void> {
+    if (!checkAll([mass, radius, rotors])) {
+      state.textContent = 'Nothing was identified: a field above is marked, and says what it takes.';
+      return;
+    }
     running?.abort();
+    const focus = refocus();
     const own = (running = new AbortController());
     const asked = { names: names(), logs: [...lab.logs], map: lab.map };
     const { paths, files } = lab.files();
@@ -109,15 +115,22 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
     shown.replaceChildren();
     identified = undefined;
     const since = performance.now();
+    let stage = '';
     const tick = () => {
-      state.textContent = `Identifying … ${((performance.now() - since) / 1000).toFixed(0)} s`;
+      const seconds = ((performance.now() - since) / 1000).toFixed(0);
+      state.textContent = `Identifying … ${seconds} s${stage === '' ? '' : `. ${stage} …`}`;
     };
     tick();
     const clock = setInterval(tick, 1000);
     try {
-      const { result } = await lab.calculator.ask<Identified>(request, files, own.signal);
+      const { result } = await lab.calculator.ask<Identified>(request, files, own.signal, (text) => {
+        stage = text;
+        tick();
+      });
       state.textContent = `Identified in ${((performance.now() - since) / 1000).toFixed(1)} s.`;
-      shown.replaceChildren(...content(result, lab));
+      flying = result.cards.map((fit) => flyButton(fit, lab));
+      shown.replaceChildren(...content(result, flying));
+      update();
       identified = asked;
     } catch (error) {
       // Another identification has begun: the page shows that.
@@ -130,6 +143,7 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
         running = undefined;
         cancel.hidden = true;
         update();
+        focus();
       }
     }
   }
@@ -139,6 +153,9 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   const logs = el('p', { class: 'state' });
   const update = () => {
     start.disabled = lab.logs.length === 0 || running !== undefined;
+    for (const { element, card } of flying) {
+      element.textContent = lab.cards.includes(card) ? 'On the deck: step 3' : 'Fly it on the deck';
+    }
     logs.textContent =
       lab.logs.length === 0 ? 'No logs yet: step 1 takes them.' : `Logs: ${names()}`;
     if (!identified) return;
@@ -157,9 +174,9 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
       'div',
       { class: 'fields' },
       field('Model', task),
-      field('Mass (kg)', mass),
-      field('Rotor radius (m)', radius),
-      field('Rotors', rotors),
+      mass.element,
+      radius.element,
+      rotors.element,
     ),
     el(
       'details',
@@ -174,7 +191,7 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   );
 }
 
-function content(of: Identified, lab: Lab): Node[] {
+function content(of: Identified, flying: FlyButton[]): Node[] {
   const parts: (Node | null)[] = [];
   const save = () => download('report.html', of.report, 'text/html');
   parts.push(
@@ -182,7 +199,7 @@ function content(of: Identified, lab: Lab): Node[] {
   );
   if (of.flight) parts.push(...flight(of.flight));
   parts.push(...of.figures.slice(0, SHOWN).flat().map(figure));
-  for (const fit of of.cards) parts.push(card(fit, lab));
+  of.cards.forEach((fit, k) => parts.push(card(fit, flying[k]!.element)));
   const more = of.figures.slice(SHOWN);
   if (more.length > 0) {
     const summary = el('summary', {}, more.length === 1 ? 'One more figure' : `${more.length} more figures`);
@@ -213,10 +230,31 @@ function flight(of: Flight): (Node | null)[] {
       numbers,
     ),
     routes.length > 0 ? table('Routes to the ground effect', ['Thrust from', 'Extra lift'], routes) : null,
+    routesFigure(of.routes ?? []),
     refused.length > 0
       ? table('Not identified', ['What', 'What the logs show', 'What to record'], refused)
       : null,
   ];
+}
+
+/** Extra lift by every route that has one, with intervals; nothing where there are not two. */
+function routesFigure(of: NonNullable<Flight['routes']>): HTMLElement | null {
+  const found = of.filter((route) => route.extra_lift.length > 0);
+  if (found.length < 2) return null;
+  const most = Math.max(...found.flatMap((route) => route.extra_lift.map((lift) => lift.height_m)));
+  return figure({
+    title: 'Routes side by side',
+    caption: 'Extra lift near the ground by each route, with its 95 % interval. Routes at one height are drawn beside one another.',
+    x: 'Height (m)',
+    y: 'Extra lift (%)',
+    series: found.map(({ basis: from, taken, extra_lift: lifts }, k) => ({
+      name: `${basis(from)}${taken ? ' (taken)' : ''}`,
+      style: 'points',
+      x: lifts.map((lift) => lift.height_m + (k - (found.length - 1) / 2) * BESIDE * most),
+      y: lifts.map((lift) => 100 * lift.value),
+      bars: lifts.map(({ ci95 }) => [100 * ci95[0], 100 * ci95[1]]),
+    })),
+  });
 }
 
 /** A route by its name: `"accelerometer"`, or `{"hovers": …}`. */
@@ -225,7 +263,18 @@ function basis(of: unknown): string {
   return JSON.stringify(of).replace(/[{}"]/g, '').replaceAll('_', ' ');
 }
 
-function card(fit: Fit, lab: Lab): HTMLElement {
+/** A button that puts a card on the deck. */
+interface FlyButton {
+  element: HTMLElement;
+  card: CardFile;
+}
+
+function flyButton({ card, toml }: Fit, lab: Lab): FlyButton {
+  const file = { use: useOf(card), name: card.name, vehicle: card.vehicle, toml };
+  return { element: el('button', { type: 'button', class: 'fly', onclick: () => lab.put(file) }), card: file };
+}
+
+function card(fit: Fit, fly: HTMLElement): HTMLElement {
   const { card, toml } = fit;
   const rows = card.terms.map((term) => [
     `${term.of}: ${term.expression}`,
@@ -233,12 +282,6 @@ function card(fit: Fit, lab: Lab): HTMLElement {
     term.ci95 ? interval(term.ci95) : (term.mark ?? '–').replaceAll('_', ' '),
     term.unit,
   ]);
-  const fly = el('button', { type: 'button', class: 'fly' }, 'Fly it on the deck');
-  fly.addEventListener('click', () => {
-    const use = card.kind === 'thrust' ? 'thrust' : card.form === 'empirical' ? 'empirical' : 'dynamic';
-    lab.put({ use, name: card.name, vehicle: card.vehicle, toml });
-    fly.textContent = 'On the deck: step 3';
-  });
   const lag = fit.lag_s === null ? '' : `, lag ${digits(fit.lag_s)} s`;
   return el(
     'article',

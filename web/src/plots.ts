@@ -21,6 +21,8 @@ export interface Series {
   style: 'line' | 'dashed' | 'dotted' | 'line_points' | 'points' | 'low' | 'high';
   x: (number | null)[];
   y: (number | null)[];
+  /** The interval of each point, drawn as a bar. */
+  bars?: [number, number][];
 }
 
 /** Okabe and Ito's colours, which people with colour-blindness tell apart. */
@@ -65,6 +67,10 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
     };
   });
   const low = plot.series.findIndex((s) => s.style === 'low');
+  const ends = plot.series.flatMap((s) => (s.bars ?? []).flat());
+  const withBars: uPlot.Range.Function = (_, least, most) => uPlot.rangeNum(Math.min(least, ...ends), Math.max(most, ...ends), 0.1, true);
+  // Bars at the ends of the axis are not cut.
+  const roomy: uPlot.Range.Function = (_, least, most) => [least - 0.05 * (most - least), most + 0.05 * (most - least)];
   const samples = [undefined, ...plot.series.map((s) => (s.style in DASHES ? s.style : s.style === 'low' || s.style === 'high' ? 'dashed' : 'solid'))];
   const axis = (label: string): uPlot.Axis => ({
     label,
@@ -80,14 +86,14 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
       title: plot.title,
       width: Math.max(into.clientWidth, 260),
       height: 260,
-      scales: { x: { time: false }, y: plot.log_y ? { distr: 3 } : {} },
+      scales: { x: ends.length > 0 ? { time: false, range: roomy } : { time: false }, y: plot.log_y ? { distr: 3 } : ends.length > 0 ? { range: withBars } : {} },
       axes: [axis(plot.x), { ...axis(plot.y === '1' ? plot.title : plot.y), size: 62 }],
       series: [{ label: plot.x }, ...series],
       bands: low < 0 ? [] : [{ series: [low + 2, low + 1], fill: `${COLOURS[0]}44` }],
       cursor: { drag: { x: true, y: false } },
       // The sample of a line has its dashes.
       legend: { markers: { dash: (_, k) => samples[k] ?? 'solid' } },
-      hooks: { draw: [(of) => drawMarks(of, plot.marks ?? [])] },
+      hooks: { draw: [(of) => drawMarks(of, plot.marks ?? []), (of) => drawBars(of, plot.series)] },
       ...options,
     },
     data as uPlot.AlignedData,
@@ -145,6 +151,30 @@ function drawMarks(on: uPlot, marks: { name: string; x: number }[]): void {
     ctx.stroke();
     ctx.fillText(name, at + 4, bbox.top + 12 * devicePixelRatio);
   }
+  ctx.restore();
+}
+
+/** Intervals of points, as bars with ends. */
+function drawBars(on: uPlot, all: Series[]): void {
+  const { ctx } = on;
+  const half = 4 * devicePixelRatio;
+  ctx.save();
+  ctx.lineWidth = 1.5 * devicePixelRatio;
+  all.forEach(({ x, bars }, k) => {
+    ctx.strokeStyle = shade(k);
+    ctx.beginPath();
+    (bars ?? []).forEach((bar, i) => {
+      const at = on.valToPos(x[i]!, 'x', true);
+      const [low, high] = bar.map((y) => on.valToPos(y, 'y', true)) as [number, number];
+      ctx.moveTo(at, low);
+      ctx.lineTo(at, high);
+      for (const end of [low, high]) {
+        ctx.moveTo(at - half, end);
+        ctx.lineTo(at + half, end);
+      }
+    });
+    ctx.stroke();
+  });
   ctx.restore();
 }
 

@@ -1,5 +1,6 @@
 // The scenario of the deck: what the controls say, as a file that `touchdown land --space` reads, and as an address.
 
+import { expected, numberOf, type NumberLimits } from './field';
 import type { CardFile, Use, Vehicle } from './state';
 
 export interface Scenario {
@@ -75,10 +76,22 @@ const USES: Use[] = ['thrust', 'dynamic', 'empirical'];
 /** Landings that a scenario has: `landing` is one of them. */
 export const LANDINGS = 1000;
 
-/** The whole number from 0 to `most` that is nearest. */
-export function whole(value: number, most: number): number {
-  return Math.min(Math.max(0, Math.trunc(value)), most);
-}
+/** Numbers that are set by sliders: what they take, and the step from one to the next. */
+export const SLIDERS = {
+  height_m: { min: 0.05, max: 1.5, step: 0.05, example: '0.4' },
+  period_s: { min: 2, max: 15, step: 0.5, example: '6' },
+  wind_mps: { min: 0, max: 12, step: 0.5, example: '3' },
+  strength: { min: 0, max: 2, step: 0.05, example: '0.5' },
+  delay_s: { min: 0, max: 0.1, step: 0.005, example: '0.01' },
+};
+/** Numbers that are typed. */
+export const TYPED: Record<'seed' | 'landing', NumberLimits> = {
+  seed: { min: 0, max: Number.MAX_SAFE_INTEGER, whole: true, example: '1' },
+  landing: { min: 0, max: LANDINGS - 1, whole: true, example: '0' },
+};
+/** Faults of a link that are shown, and characters of what it has. */
+const MOST_FAULTS = 12;
+const MOST_CHARACTERS = 40;
 
 /** One of the two controllers as it flies. */
 export interface Side {
@@ -109,6 +122,9 @@ export function side(chosen: string, choice: Model, own: CardFile[]): Side {
   }
   return { controller, model, use, cards, vehicle };
 }
+
+/** The name of a scenario's file in errors. */
+export const SCENARIO = 'scenario.toml';
 
 /** The file of a scenario for one of its controllers. Cards stand beside it. */
 export function toml(of: Scenario, { controller, cards, vehicle }: Side): string {
@@ -145,22 +161,55 @@ export function cardsOf(hash: string): Use[] {
   return USES.filter((use) => given.includes(use));
 }
 
-/** The scenario of an address; what it lacks, or has wrongly, is the default. */
-export function fromHash(hash: string): Scenario {
-  const given = new URLSearchParams(hash.replace(/^#/, ''));
-  const made = { ...DEFAULT } as Record<string, string | number>;
-  for (const [key, standard] of Object.entries(DEFAULT)) {
-    const text = given.get(key);
-    if (text === null) continue;
-    if (typeof standard === 'number') {
-      const value = Number(text);
-      if (Number.isFinite(value)) made[key] = value;
-    } else if (WORDS[key]?.includes(text)) {
-      made[key] = text;
+/** The scenario of an address. What it lacks is the default; what it has wrongly flies as something near, and is a fault in words. */
+export function fromHash(hash: string): { scenario: Scenario; faults: string[] } {
+  const scenario = { ...DEFAULT } as unknown as Record<string, string | number>;
+  const faults: string[] = [];
+  for (const [key, text] of new URLSearchParams(hash.replace(/^#/, ''))) {
+    if (key === 'cards') continue;
+    const taken = valueOf(key, text);
+    if (typeof taken === 'object') {
+      faults.push(`${short(key)}: ${taken.expected}; found “${short(text)}”`);
+      if (taken.flies === undefined) continue;
+      faults[faults.length - 1] += `. ${taken.flies} flies in its place`;
+      scenario[key] = taken.flies;
+    } else {
+      scenario[key] = taken;
     }
   }
-  const scenario = made as unknown as Scenario;
-  scenario.seed = whole(scenario.seed, Number.MAX_SAFE_INTEGER);
-  scenario.landing = whole(scenario.landing, LANDINGS - 1);
-  return scenario;
+  const more = faults.length - MOST_FAULTS;
+  return {
+    scenario: scenario as unknown as Scenario,
+    faults: more > 0 ? [...faults.slice(0, MOST_FAULTS), `${more} more of this kind`] : faults,
+  };
+}
+
+const short = (text: string) => (text.length > MOST_CHARACTERS ? `${text.slice(0, MOST_CHARACTERS)}…` : text);
+
+/** The value of a part of an address; or what was expected, and what flies in its place where the part is one. */
+function valueOf(key: string, text: string): string | number | { expected: string; flies?: string | number } {
+  const words = WORDS[key];
+  if (words) {
+    return words.includes(text) ? text : { expected: `expected one of ${words.join(', ')}`, flies: DEFAULT[key as keyof Scenario] };
+  }
+  if (key in TYPED) {
+    const limits = TYPED[key as keyof typeof TYPED];
+    const value = numberOf(text, limits);
+    return value ?? { expected: expected(limits), flies: Math.trunc(nearest(key, text, limits)) };
+  }
+  if (key in SLIDERS) {
+    const limits = SLIDERS[key as keyof typeof SLIDERS];
+    const near = nearest(key, text, limits);
+    // A slider has steps, and what is set by it has few digits.
+    const steps = Math.round((near - limits.min) / limits.step);
+    const value = Number((limits.min + steps * limits.step).toPrecision(9));
+    return numberOf(text, limits) === value ? value : { expected: `${expected(limits)}, in steps of ${limits.step}`, flies: value };
+  }
+  return { expected: 'expected a value of a scenario' };
+}
+
+/** The number within the limits that is nearest to a text; the default for a text that is no number. */
+function nearest(key: string, text: string, { min, max }: { min: number; max: number }): number {
+  const value = text.trim() === '' ? Number.NaN : Number(text);
+  return Number.isNaN(value) ? Number(DEFAULT[key as keyof Scenario]) : Math.min(Math.max(value, min), max);
 }

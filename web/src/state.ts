@@ -13,6 +13,20 @@ export interface Vehicle {
   rotors?: number | null;
 }
 
+/** What a card says of itself. */
+export interface CardText {
+  name: string;
+  kind: 'thrust' | 'ground_effect';
+  form: string;
+  vehicle: Vehicle;
+}
+
+/** What a card is for. */
+export function useOf({ kind, form }: CardText): Use {
+  if (kind === 'thrust') return 'thrust';
+  return form === 'empirical' ? 'empirical' : 'dynamic';
+}
+
 /** A card of the person's vehicle, for the deck. */
 export interface CardFile {
   use: Use;
@@ -45,14 +59,14 @@ export class Lab {
     for (const listener of this.listeners) listener();
   }
 
-  /** Paths of the logs in the folder that the calculations see, with their content. */
+  /** Paths of the logs in the folder that the calculations see, with their content. They are the names as dropped, so that errors have them. */
   files(logs = this.logs): { paths: string[]; files: Map<string, Blob> } {
     const files = new Map<string, Blob>();
     const paths = logs.map((log, k) => {
       // Two logs may have the same name.
-      const folder = logs.findIndex((other) => other.name === log.name) === k ? 'in' : `in/${k}`;
-      files.set(`${folder}/${log.name}`, log.content);
-      return `/${folder}/${log.name}`;
+      const path = logs.findIndex((other) => other.name === log.name) === k ? log.name : `${k + 1}/${log.name}`;
+      files.set(path, log.content);
+      return path;
     });
     return { paths, files };
   }

@@ -9,8 +9,9 @@ export interface Job {
   files: Map<string, Input>;
 }
 
-/** What a worker sends back. */
+/** What a worker sends back: stages of the calculation, then its end. */
 export type Report =
+  | { stage: string }
   | { result: unknown; written: Map<string, Uint8Array> }
   | { error: string };
 
@@ -18,7 +19,7 @@ addEventListener('message', (event: MessageEvent<Job>) => {
   const { module, request, files } = event.data;
   let report: Report;
   try {
-    const run = new Program(files, JSON.stringify(request)).run(module);
+    const run = new Program(files, JSON.stringify(request), passOn).run(module);
     const answer = JSON.parse(run.stdout) as { result?: unknown; error?: string };
     report =
       answer.error === undefined
@@ -30,3 +31,10 @@ addEventListener('message', (event: MessageEvent<Job>) => {
   }
   postMessage(report);
 });
+
+/** Sends a stage to the page; whether the line is one. */
+function passOn(line: string): boolean {
+  if (!line.startsWith('{"stage":')) return false;
+  postMessage(JSON.parse(line) as Report);
+  return true;
+}

@@ -37,6 +37,19 @@ export async function browser() {
   });
 }
 
+/** Memory of the browser's processes that hold pages and their workers, in MB. */
+export function memory(chromium) {
+  const rows = execFileSync('ps', ['-eo', 'pid=,ppid=,rss=,args=']).toString().trim().split('\n');
+  const processes = rows.map((row) => row.trim().split(/\s+/, 3).map(Number).concat(row));
+  const own = new Set([chromium.process().pid]);
+  for (let before = 0; before < own.size; ) {
+    before = own.size;
+    for (const [pid, parent] of processes) if (own.has(parent)) own.add(pid);
+  }
+  const pages = processes.filter(([pid, , , row]) => own.has(pid) && row.includes('--type=renderer'));
+  return Math.max(0, ...pages.map(([, , kilobytes]) => kilobytes / 1000));
+}
+
 /** The lab in a tab, with every request and every error that it causes. */
 export class Page {
   requests = [];
@@ -84,6 +97,28 @@ export class Page {
       }
       document.querySelector('.drop').dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true }));
     }, contents);
+  }
+
+  /** Puts a map into the editor. */
+  async map(text) {
+    await this.page.$eval(
+      '#map',
+      (area, to) => {
+        area.closest('details').open = true;
+        area.value = to;
+        area.dispatchEvent(new Event('input'));
+      },
+      text,
+    );
+  }
+
+  /** Makes a file of lines, without its bytes going through the debugger's line, and drops it. */
+  async dropLines(name, head, line, count) {
+    await this.page.evaluate((of, first, each, many) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([first, ...Array.from({ length: 1000 }, () => each.repeat(many / 1000))], of));
+      document.querySelector('.drop').dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true }));
+    }, name, head, line, count);
   }
 
   tab(name) {

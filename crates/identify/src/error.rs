@@ -1,5 +1,7 @@
 //! Why a fit or a prediction cannot be made, and the exit status of a command that ends with it.
 
+use std::fmt;
+
 use thiserror::Error;
 
 /// Why a fit or a prediction cannot be made.
@@ -33,9 +35,36 @@ pub enum Error {
         /// What is there.
         found: String,
     },
+    /// A number of the vehicle that neither map nor settings state.
+    #[error("{0}")]
+    Unstated(VehicleNumber),
     /// Arguments that do not fit together.
     #[error("{0}")]
     Arguments(String),
+}
+
+/// A number of the vehicle that an identification from flights needs. It prints as a sentence with its keys in map and settings.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum VehicleNumber {
+    /// Mass (kg).
+    Mass,
+    /// Radius of a rotor (m).
+    RotorRadius,
+}
+
+impl fmt::Display for VehicleNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mass => {
+                "thrust from flight needs the mass: expected `mass_kg` in the table [vehicle] of --map or in [flight] of \
+                 --settings, found neither"
+            }
+            Self::RotorRadius => {
+                "the ground effect scales with the rotor radius: expected `rotor_radius_m` in the table [flight] of \
+                 --settings, found none"
+            }
+        })
+    }
 }
 
 impl Error {

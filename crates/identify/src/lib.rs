@@ -32,7 +32,7 @@ mod unit;
 pub mod validation;
 pub mod warning;
 
-pub use error::{Error, Result};
+pub use error::{Error, Result, VehicleNumber};
 pub use estimate::Estimate;
 pub use fitted::{FittedCard, Origin};
 pub use settings::IdentificationSettings;

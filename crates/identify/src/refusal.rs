@@ -183,7 +183,7 @@ impl Refusal {
                 "climbs and descents through the same heights below two rotor radii at 0.1 to 0.5 m/s"
             }
             Self::ThrustLawAssumed { .. } => {
-                "rotor speeds (`rotor_rpm`), or give --thrust CARD from a thrust stand"
+                "rotor speeds (`rotor_rpm`), or identify with a thrust card from a thrust stand"
             }
             Self::WakeLagPredictsNoBetter | Self::WakeLagUnresolved(_) => {
                 "quick climbs and descents below two rotor radii, back and forth within a second, in several flights"

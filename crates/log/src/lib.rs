@@ -19,7 +19,8 @@
 //!   may be Parquet files as well.
 //! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
 //!   bit. [`inspect`] summarises a table and suggests a map; [`inspect_file`] does so in bounded
-//!   memory (for Parquet, in that of one row group).
+//!   memory (for Parquet, in that of one row group). [`inspect_mapped`] makes the trial of a map in
+//!   the same pass, and holds the map's columns alone.
 //!
 //! ```
 //! use touchdown_log::{Map, apply, parse_csv};
@@ -92,7 +93,7 @@ pub use findings::Findings;
 pub use hashing::sha256;
 pub use inspection::{ColumnSummary, Inspection, TimeBase, inspect, inspect_file, inspect_trial};
 pub use map::{Map, Vehicle, apply};
-pub use read::read_trial;
+pub use read::{inspect_mapped, read_trial};
 pub use tables::{Column, ColumnKind, Table, parse_csv, read_csv, read_table, to_csv, write_csv};
 #[cfg(feature = "parquet")]
 pub use tables::{

@@ -190,7 +190,7 @@ fn analytic_hovers_by_throttle_know_that_its_law_is_not_known() {
         found
             .refused
             .iter()
-            .any(|r| r.what() == "thrust by throttle" && r.record().contains("--thrust"))
+            .any(|r| r.what() == "thrust by throttle" && r.record().contains("thrust card"))
     );
 }
 

@@ -1,6 +1,7 @@
 //! Thrust and ground effect as model cards.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
 use touchdown_campaign::progress::Silent;
@@ -11,7 +12,7 @@ use touchdown_identify::flights::{
 };
 use touchdown_identify::forms::FormScore;
 use touchdown_identify::rig::GroundTrial;
-use touchdown_identify::rig::forms;
+use touchdown_identify::rig::forms::{self, LEVEL_STEPS};
 use touchdown_identify::rig::identifiability::examine_trials;
 use touchdown_identify::settings::VehicleSettings;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
@@ -25,12 +26,15 @@ use touchdown_pages::identify::{
 use touchdown_pages::logs::{label, once, word};
 use touchdown_trial::Trial;
 
+use crate::Stages;
 use crate::inspect::parse_map;
 use crate::plot::Plot;
 use crate::request::{Data, Error, Result};
 
 /// Name of the settings in messages.
 const SETTINGS: &str = "the settings";
+/// The last stage.
+const DRAWING: &str = "Drawing the report";
 
 /// What an identification returns.
 #[derive(Debug, Serialize)]
@@ -87,7 +91,7 @@ struct Logs {
 }
 
 impl Logs {
-    fn read(data: &Data) -> Result<Self> {
+    fn read(data: &Data, stages: Stages<'_>) -> Result<Self> {
         let map = data.map.as_deref().map(parse_map).transpose()?;
         let settings: IdentificationSettings = settings_file::parse(&data.settings, SETTINGS)?;
         settings.check(SETTINGS)?;
@@ -103,7 +107,9 @@ impl Logs {
         flight.mass_kg = flight.mass_kg.or(map.as_ref().and_then(Map::mass_kg));
         let mut trials = Vec::new();
         let mut findings = Vec::new();
-        for path in &data.logs {
+        for (k, path) in data.logs.iter().enumerate() {
+            let (name, of) = (file_name(path), data.logs.len());
+            stages(&format!("Reading {name} ({} of {of})", k + 1));
             let (trial, found) = touchdown_log::read_trial(path, map.as_ref())?;
             trials.push(trial.with_name(stem(path)));
             findings.push(found);
@@ -218,9 +224,18 @@ fn stem(path: &Path) -> String {
         .map_or_else(|| "log".to_string(), |s| s.to_string_lossy().into_owned())
 }
 
+/// Passes on how many of some steps are done.
+fn counted<'a>(stages: Stages<'a>, what: &'a str, of: usize) -> impl Fn() + Sync + 'a {
+    let done = AtomicUsize::new(0);
+    let say = move |done: usize| stages(&format!("{what} ({done} of {of} done)"));
+    say(0);
+    move || say(done.fetch_add(1, Ordering::Relaxed) + 1)
+}
+
 /// The thrust card of logs of a stand, a rig or flights.
-pub(crate) fn thrust(data: &Data) -> Result<Identified> {
-    let mut logs = Logs::read(data)?;
+pub(crate) fn thrust(data: &Data, stages: Stages<'_>) -> Result<Identified> {
+    let mut logs = Logs::read(data, stages)?;
+    stages("Fitting the thrust");
     let flights = logs.are_flights();
     if flights {
         for trial in &mut logs.trials {
@@ -254,18 +269,23 @@ pub(crate) fn thrust(data: &Data) -> Result<Identified> {
         made: &made,
         flight: flight.as_ref(),
     };
+    stages(DRAWING);
     let shown = ThrustFits(&[fit]).shown(&about, &Silent)?;
     logs.identified(vec![made], flight, &shown, warnings)
 }
 
 /// The ground effect of flights, or of a force rig with the thrust card of its vehicle.
-pub(crate) fn ground_effect(data: &Data, thrust: Option<&str>) -> Result<Identified> {
-    let logs = Logs::read(data)?;
+pub(crate) fn ground_effect(
+    data: &Data,
+    thrust: Option<&str>,
+    stages: Stages<'_>,
+) -> Result<Identified> {
+    let logs = Logs::read(data, stages)?;
     let card = thrust
         .map(|text| Card::parse(text, "the thrust card"))
         .transpose()?;
     if logs.are_flights() {
-        of_flights(&logs, data, card.as_ref())
+        of_flights(&logs, data, card.as_ref(), stages)
     } else {
         let card = card.ok_or_else(|| {
             Error::Data(
@@ -274,13 +294,19 @@ pub(crate) fn ground_effect(data: &Data, thrust: Option<&str>) -> Result<Identif
                     .to_string(),
             )
         })?;
-        of_rig(&logs, data, &card)
+        of_rig(&logs, data, &card, stages)
     }
 }
 
-fn of_flights(logs: &Logs, data: &Data, thrust: Option<&Card>) -> Result<Identified> {
+fn of_flights(
+    logs: &Logs,
+    data: &Data,
+    thrust: Option<&Card>,
+    stages: Stages<'_>,
+) -> Result<Identified> {
     let settings = &logs.settings;
     let trials: Vec<&Trial> = logs.trials.iter().collect();
+    stages("Fitting the ground effect by each route");
     let Routed {
         flights,
         found,
@@ -311,11 +337,12 @@ fn of_flights(logs: &Logs, data: &Data, thrust: Option<&Card>) -> Result<Identif
         result: &result,
         cards: &cards.iter().collect::<Vec<_>>(),
     };
+    stages(DRAWING);
     let shown = fit.shown(&about)?;
     logs.identified(cards, Some(result), &shown, warnings)
 }
 
-fn of_rig(logs: &Logs, data: &Data, thrust: &Card) -> Result<Identified> {
+fn of_rig(logs: &Logs, data: &Data, thrust: &Card, stages: Stages<'_>) -> Result<Identified> {
     let mut settings = logs.settings.clone();
     let radius_m = &mut settings.ground_effect.rotor_radius_m;
     *radius_m = settings.vehicle.rotor_radius_m.unwrap_or(*radius_m);
@@ -332,13 +359,9 @@ fn of_rig(logs: &Logs, data: &Data, thrust: &Card) -> Result<Identified> {
     warnings.extend(before.advice.iter().map(ToString::to_string));
     let mut origin = logs.origin(data)?;
     origin.vehicle.rotor_radius_m = Some(settings.ground_effect.rotor_radius_m);
-    let fits = forms::fit_forms(
-        &Form::GROUND_EFFECT,
-        &trials,
-        &settings,
-        |_| origin.clone(),
-        || {},
-    );
+    let each = counted(stages, "Fitting forms", Form::GROUND_EFFECT.len());
+    let of_form = |_| origin.clone();
+    let fits = forms::fit_forms(&Form::GROUND_EFFECT, &trials, &settings, of_form, each);
     let failed: Vec<[String; 2]> = fits
         .failed
         .iter()
@@ -351,7 +374,12 @@ fn of_rig(logs: &Logs, data: &Data, thrust: &Card) -> Result<Identified> {
             reasons.join("; ")
         )));
     }
-    let levels = forms::held_out_levels(&trials, &settings, &origin, || {});
+    let each = counted(
+        stages,
+        "Fitting without held-out logs",
+        LEVEL_STEPS as usize,
+    );
+    let levels = forms::held_out_levels(&trials, &settings, &origin, each);
     let without = levels
         .as_ref()
         .err()
@@ -376,6 +404,7 @@ fn of_rig(logs: &Logs, data: &Data, thrust: &Card) -> Result<Identified> {
         cards: &fits.cards,
         levels: levels.as_deref().unwrap_or_default(),
     };
+    stages(DRAWING);
     let shown = fit.shown(&about)?;
     warnings.extend(without);
     let identified = logs.identified(fits.cards, None, &shown, warnings)?;

@@ -23,6 +23,8 @@ pub(crate) struct Inspected {
     recommended_map: Option<&'static str>,
     /// A map to start from.
     suggested_map: Option<String>,
+    /// What a person has to add to that map before it can be used.
+    suggested_map_lacks: Option<&'static str>,
     /// Channels by the map, by the built-in map, or where columns are channels already.
     channels: Option<Inspection>,
     /// The channels over time.
@@ -71,6 +73,7 @@ fn of_topics(log: &Log, map: Option<&Map>) -> Result<Inspected> {
         table: None,
         recommended_map: recommended,
         suggested_map: Some(built_in.map_or_else(|| survey.suggested_map(), str::to_owned)),
+        suggested_map_lacks: None,
         topics: Some(survey),
         channels: trial.as_ref().map(touchdown_log::inspect_trial),
         preview: trial.as_ref().map(preview).unwrap_or_default(),
@@ -79,8 +82,11 @@ fn of_topics(log: &Log, map: Option<&Map>) -> Result<Inspected> {
 }
 
 fn of_table(path: &Path, map: Option<&Map>) -> Result<Inspected> {
-    let large = std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE);
-    if map.is_none() && large {
+    if let Some(map) = map {
+        let (columns, trial, findings) = touchdown_log::inspect_mapped(path, map)?;
+        return Ok(with_channels(columns, &trial, findings));
+    }
+    if std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE) {
         let (columns, mut findings) = touchdown_log::inspect_file(path)?;
         findings.warnings.push(format!(
             "a table of more than {} MB: medians are those of a random sample; channels are shown with a map",
@@ -90,30 +96,30 @@ fn of_table(path: &Path, map: Option<&Map>) -> Result<Inspected> {
     }
     let (table, mut findings) = touchdown_log::read_table(path)?;
     let columns = touchdown_log::inspect(&table, None);
-    let mut trial = None;
-    if let Some(map) = map {
-        trial = Some(touchdown_log::apply(&table, map)?);
-    } else if let Ok(map) = Map::identity_for(&table) {
+    if let Ok(map) = Map::identity_for(&table) {
         match touchdown_log::apply(&table, &map) {
-            Ok(applied) => trial = Some(applied),
+            Ok((trial, applied)) => {
+                return Ok(with_channels(columns, &trial, findings.then(applied)));
+            }
             Err(error) => findings
                 .warnings
                 .push(format!("not usable without a map: {error}")),
         }
     }
-    let trial = trial.map(|(trial, applied)| {
-        findings = std::mem::take(&mut findings).then(applied);
-        trial
-    });
-    Ok(Inspected {
-        channels: trial.as_ref().map(touchdown_log::inspect_trial),
-        preview: trial.as_ref().map(preview).unwrap_or_default(),
+    Ok(table_alone(columns, findings))
+}
+
+fn with_channels(columns: Inspection, trial: &Trial, findings: Findings) -> Inspected {
+    Inspected {
+        channels: Some(touchdown_log::inspect_trial(trial)),
+        preview: preview(trial),
         ..table_alone(columns, findings)
-    })
+    }
 }
 
 fn table_alone(columns: Inspection, findings: Findings) -> Inspected {
     Inspected {
+        suggested_map_lacks: columns.suggested_map.as_deref().and_then(lacks),
         suggested_map: columns.suggested_map.clone(),
         table: Some(columns),
         topics: None,
@@ -122,6 +128,14 @@ fn table_alone(columns: Inspection, findings: Findings) -> Inspected {
         preview: Vec::new(),
         findings: with_loss(findings),
     }
+}
+
+/// A map of columns of which none is the time has to be told the time between two rows.
+fn lacks(map: &str) -> Option<&'static str> {
+    parse_map(map).is_err().then_some(
+        "no column looks like the time. In the line that begins with `# time_s`, remove the # and put the seconds from one row to \
+         the next in the place of 0.01.",
+    )
 }
 
 /// What was lost is a warning as well.

@@ -28,12 +28,15 @@ use request::{Error, Request};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// The answer to a request: `{"result": …}`, or `{"error": "…"}` with a sentence for people.
+/// Takes what a calculation is doing, in words for people, each time that it begins something else.
+pub type Stages<'a> = &'a (dyn Fn(&str) + Sync);
+
+/// The answer to a request: `{"result": …}`, or `{"error": "…"}` with a sentence for people. Identifications pass their stages on.
 #[must_use]
-pub fn answer(request: &str) -> String {
+pub fn answer(request: &str, stages: Stages<'_>) -> String {
     let result = serde_json::from_str(request)
         .map_err(|e| Error::Request(e.to_string()))
-        .and_then(|request| calculate(&request));
+        .and_then(|request| calculate(&request, stages));
     let answer = match result {
         Ok(result) => json!({ "result": result }),
         Err(error) => json!({ "error": error.to_string() }),
@@ -41,12 +44,12 @@ pub fn answer(request: &str) -> String {
     answer.to_string()
 }
 
-fn calculate(request: &Request) -> Result<Value, Error> {
+fn calculate(request: &Request, stages: Stages<'_>) -> Result<Value, Error> {
     match request {
         Request::Inspect { log, map } => value(&inspect::inspect(log, map.as_deref())?),
-        Request::IdentifyThrust(data) => value(&identify::thrust(data)?),
+        Request::IdentifyThrust(data) => value(&identify::thrust(data, stages)?),
         Request::IdentifyGroundEffect { data, thrust } => {
-            value(&identify::ground_effect(data, thrust.as_deref())?)
+            value(&identify::ground_effect(data, thrust.as_deref(), stages)?)
         }
         Request::Land { sweep, landing } => value(&land::one(sweep, *landing)?),
         Request::Landings { sweep, from, to } => value(&land::rows(sweep, *from..*to)?),
@@ -55,6 +58,7 @@ fn calculate(request: &Request) -> Result<Value, Error> {
             landing,
             out,
         } => value(&land::record(sweep, *landing, out)?),
+        Request::Card { card } => value(&touchdown_model::Card::read(card)?),
         Request::Example { name, out } => value(&example::write(*name, out)?),
     }
 }

@@ -50,6 +50,11 @@ pub enum Request {
         /// The folder of the file.
         out: PathBuf,
     },
+    /// What a file of a model card says of itself.
+    Card {
+        /// The file.
+        card: PathBuf,
+    },
     /// Logs to try the lab with, made by the simulator.
     Example {
         /// Which.
@@ -94,7 +99,7 @@ pub enum Error {
     #[error(transparent)]
     Trial(#[from] touchdown_trial::TrialError),
     /// A fit that cannot be made.
-    #[error(transparent)]
+    #[error("{}", of_fields(.0))]
     Identification(#[from] touchdown_identify::Error),
     /// A card that cannot be read.
     #[error(transparent)]
@@ -121,3 +126,20 @@ pub enum Error {
 
 /// A result with this crate's error.
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// Why a fit cannot be made, in the page's words: it has fields for what the command takes from files.
+fn of_fields(error: &touchdown_identify::Error) -> String {
+    use touchdown_identify::{Error, VehicleNumber};
+    match error {
+        Error::Unstated(VehicleNumber::Mass) => {
+            "thrust from flight needs the mass: expected a number in the field Mass (kg), or `mass_kg` in the table [vehicle] of \
+             the map; found neither"
+        }
+        Error::Unstated(VehicleNumber::RotorRadius) => {
+            "the ground effect scales with the rotor radius: expected a number in the field Rotor radius (m), or \
+             `rotor_radius_m` in the table [vehicle] of the map; found neither"
+        }
+        other => return other.to_string(),
+    }
+    .to_string()
+}

@@ -5,7 +5,8 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 fn ask(request: &Value) -> Result<Value, String> {
-    let answer: Value = serde_json::from_str(&touchdown_web::answer(&request.to_string())).unwrap();
+    let answer: Value =
+        serde_json::from_str(&touchdown_web::answer(&request.to_string(), &|_| {})).unwrap();
     match answer.get("error") {
         Some(error) => Err(error.as_str().unwrap().to_string()),
         None => Ok(answer["result"].clone()),

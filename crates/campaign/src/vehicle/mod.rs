@@ -213,7 +213,9 @@ pub fn check_lift(card: &Card, model: &ThrustModel<f64>, weight_n: f64) -> Resul
     let most_n = greatest_thrust_n(model);
     if most_n < LEAST_THRUST_TO_WEIGHT * weight_n {
         let hint = match card.measured_rotors {
-            None => "Is it of one motor? Then identify it again with --rotors 1",
+            None => {
+                "Is it of one motor? Then identify it again with `measured_rotors = 1` in [vehicle]"
+            }
             Some(_) => "Are mass_kg and rotors in [vehicle] right?",
         };
         return Err(Error::Arguments(format!(

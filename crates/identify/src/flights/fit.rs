@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use super::coloured_noise::ColouredNoise;
+use super::differences::Differences;
 use super::model::{ModelTerms, ModelValues, Parameter, Segment};
 use super::normal::{FitColumns, HUBER, NormalEquations, ReducedEquations, hold, normal_equations};
 use crate::thrust::plateau::median;
@@ -31,6 +32,15 @@ pub struct SegmentOffsets {
     pub scale: f64,
     /// Constant error of the height b, in R.
     pub bias: f64,
+}
+
+impl SegmentOffsets {
+    pub(super) fn moved(self, by: Vector2<f64>) -> Self {
+        Self {
+            scale: self.scale + by.x,
+            bias: self.bias + by.y.clamp(-BIAS_MOST, BIAS_MOST),
+        }
+    }
 }
 
 /// A fitted model.
@@ -156,6 +166,7 @@ pub fn fit(pieces: &[Segment], shape: ModelTerms, from: Option<&Fit>) -> Fit {
         shape,
         parameters: &parameters,
         colour,
+        differences: Differences::OneSided,
     };
     let mut search = Search {
         now: system.assemble(&theta, &locals, sigma),
@@ -240,13 +251,7 @@ impl Search {
     fn locals_after(&self, shift: &DVector<f64>) -> Vec<SegmentOffsets> {
         let equations = self.now.iter().zip(&self.locals);
         equations
-            .map(|(a, l)| {
-                let d = a.local(shift) / (1.0 + self.damping);
-                SegmentOffsets {
-                    scale: l.scale + d.x,
-                    bias: l.bias + d.y.clamp(-BIAS_MOST, BIAS_MOST),
-                }
-            })
+            .map(|(a, l)| l.moved(a.local(shift) / (1.0 + self.damping)))
             .collect()
     }
 
@@ -343,15 +348,16 @@ pub(super) fn settle(
 }
 
 /// What stays the same during a fit.
-struct FitSystem<'a> {
-    pieces: &'a [Segment],
-    shape: ModelTerms,
-    parameters: &'a [Parameter],
-    colour: Option<ColouredNoise>,
+pub(super) struct FitSystem<'a> {
+    pub(super) pieces: &'a [Segment],
+    pub(super) shape: ModelTerms,
+    pub(super) parameters: &'a [Parameter],
+    pub(super) colour: Option<ColouredNoise>,
+    pub(super) differences: Differences,
 }
 
 impl FitSystem<'_> {
-    fn assemble(
+    pub(super) fn assemble(
         &self,
         theta: &[f64],
         locals: &[SegmentOffsets],
@@ -391,27 +397,40 @@ impl FitSystem<'_> {
                 own_lifts.as_ref().unwrap_or(&lifts),
             )
         };
-        let slope = |moved: Vec<f64>, step: f64| -> Vec<f64> {
+        let slope = |to: &[f64], from: &[f64], step: f64| -> Vec<f64> {
             let by = local.scale / (step * sigma);
-            moved.iter().zip(&base).map(|(m, b)| (m - b) * by).collect()
+            to.iter()
+                .zip(from)
+                .map(|(to, from)| (to - from) * by)
+                .collect()
         };
         let shared = (0..theta.len())
             .map(|k| {
-                let p = &self.parameters[k];
-                let mut there = theta.to_vec();
-                let width = 1e-4 * p.prior_sd.min(p.max - p.min);
-                there[k] += if there[k] + width > p.max {
-                    -width
-                } else {
-                    width
+                let moved = |by: f64| {
+                    let mut there = theta.to_vec();
+                    there[k] += by;
+                    let forces = of(&ModelValues::of(&self.shape, &there));
+                    (forces, there[k] - theta[k])
                 };
-                let step = there[k] - theta[k];
-                slope(of(&ModelValues::of(&self.shape, &there)), step)
+                match self.differences.ends(&self.parameters[k], theta[k]) {
+                    [0.0, by] => {
+                        let (forces, step) = moved(by);
+                        slope(&forces, &base, step)
+                    }
+                    ends => {
+                        let [(low, from), (high, to)] = ends.map(moved);
+                        slope(&high, &low, to - from)
+                    }
+                }
             })
             .collect();
         let raised = local.bias + BIAS_STEP;
         let lifts = piece.lifts(&values, raised, &roots);
-        let by_bias = slope(piece.forces(&values, raised, &roots, &lifts), BIAS_STEP);
+        let by_bias = slope(
+            &piece.forces(&values, raised, &roots, &lifts),
+            &base,
+            BIAS_STEP,
+        );
         let residual = piece
             .rows
             .iter()
@@ -435,7 +454,11 @@ impl FitSystem<'_> {
 }
 
 /// Numbers at a bound that the squares would have beyond it.
-fn at_bounds(parameters: &[Parameter], theta: &[f64], gradient: &DVector<f64>) -> Vec<usize> {
+pub(super) fn at_bounds(
+    parameters: &[Parameter],
+    theta: &[f64],
+    gradient: &DVector<f64>,
+) -> Vec<usize> {
     let pushed = |i: &usize| {
         let (p, v, g) = (&parameters[*i], theta[*i], gradient[*i]);
         (v <= p.min && g < 0.0) || (v >= p.max && g > 0.0)
@@ -444,7 +467,7 @@ fn at_bounds(parameters: &[Parameter], theta: &[f64], gradient: &DVector<f64>) -
 }
 
 /// Gradient and matrix of all runs and of what is known beforehand.
-fn total(
+pub(super) fn total(
     now: &[NormalEquations],
     parameters: &[Parameter],
     theta: &[f64],

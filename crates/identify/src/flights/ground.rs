@@ -17,7 +17,7 @@ use super::selection::{Candidate, ModelSelection};
 use super::thrust::follows;
 use super::trajectory::{self, Noise};
 use super::{Flight, FlightSettings, ForceFrom};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, VehicleNumber};
 use crate::estimate::Estimate;
 use crate::refusal::{NoForce, Refusal};
 use crate::thrust::plateau::median;
@@ -159,11 +159,7 @@ pub(super) fn radius_of_flights_with_height(
     settings: &FlightSettings,
 ) -> Result<f64> {
     let Some(rotor_radius_m) = settings.rotor_radius_m else {
-        return Err(Error::Arguments(
-            "the ground effect scales with the rotor radius: expected `rotor_radius_m` in the table [flight] of --settings, \
-             found none"
-                .to_string(),
-        ));
+        return Err(Error::Unstated(VehicleNumber::RotorRadius));
     };
     if let Some(flight) = flights.iter().find(|f| f.height_m.is_empty()) {
         return Err(Error::data(

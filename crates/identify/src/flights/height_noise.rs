@@ -43,7 +43,7 @@ pub(super) fn with_twice_the_noise(
     for _ in 0..DRAWS {
         let of_piece = |p| noisier(p, noise_radii, &mut random);
         let noisy: Vec<Segment> = pieces.iter().map(of_piece).collect();
-        let again = fit(&noisy, found.shape, Some(found));
+        let again = fit(&noisy, found.shape, Some(found)).settled(&noisy);
         for (mean, value) in mean.iter_mut().zip(again.theta) {
             *mean += value / DRAWS as f64;
         }

@@ -27,6 +27,7 @@ mod channels;
 pub mod coloured_noise;
 mod coverage;
 pub mod curve;
+mod differences;
 pub mod drift;
 pub mod fit;
 pub mod ground;

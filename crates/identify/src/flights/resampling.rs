@@ -398,7 +398,7 @@ fn white(fit: &Fit, pieces: &[Segment]) -> Option<Vec<f64>> {
         colour: None,
         ..fit.clone()
     };
-    let refit = super::fit::fit(pieces, fit.shape, Some(&blind));
+    let refit = super::fit::fit(pieces, fit.shape, Some(&blind)).settled(pieces);
     refit.converged.then_some(refit.theta)
 }
 

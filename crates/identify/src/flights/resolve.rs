@@ -48,7 +48,7 @@ pub(super) fn final_model(
     refused: &mut Vec<Refusal>,
 ) -> Option<Resolved> {
     let pieces = choice.pieces;
-    let measured = choice.best.clone();
+    let measured = choice.best.clone().settled(pieces);
     let tracked = along_trajectories(choice, basis, units);
     if let Some(tracked) = tracked.filter(|t| t.is_preferred(basis))
         && let Some(found) = resolved(choice, tracked, (basis, units), settings, refused)

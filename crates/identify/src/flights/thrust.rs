@@ -12,7 +12,7 @@ use super::result::FlightResult;
 use super::segments::cut;
 use super::selection::ModelSelection;
 use super::{Flight, FlightSettings, ForceFrom};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, VehicleNumber};
 use crate::refusal::Refusal;
 use crate::settings::IdentificationSettings;
 use crate::warning::{Warning, sentences};
@@ -116,11 +116,7 @@ pub fn with_thrust(
 
 /// A flight whose mass nobody states.
 pub(super) fn no_mass() -> Error {
-    Error::Arguments(
-        "thrust from flight needs the mass: expected `mass_kg` in the table [vehicle] of --map or in [flight] of --settings, \
-         found neither"
-            .to_string(),
-    )
+    Error::Unstated(VehicleNumber::Mass)
 }
 
 /// A flight without specific force, and without poses that it could be derived from.

@@ -1,13 +1,9 @@
 //! Inspects files in memory that does not grow with them.
 
 use super::inspect::Inspector;
-use crate::tables::csv::{TablePart, each_part};
+use crate::tables::{self, TablePart};
 use crate::{Findings, Inspection, LogError};
-use std::io::Read;
 use std::path::Path;
-
-/// Approximate size of a part of a text table, bytes.
-const PART: usize = 4 << 20;
 
 /// Summarises the table in a file as [`inspect`](crate::inspect()) does, in bounded memory.
 ///
@@ -22,49 +18,32 @@ const PART: usize = 4 << 20;
 /// Those of [`read_table`](crate::read_table), and [`LogError::NotText`] for a line of more than 64 MB.
 pub fn inspect_file(path: impl AsRef<Path>) -> Result<(Inspection, Findings), LogError> {
     let path = path.as_ref();
-    #[cfg(feature = "parquet")]
-    if crate::tables::parquet::is_parquet(path) {
-        return inspect_parquet(path);
-    }
-    let name = path.display().to_string();
-    let file = touchdown_files::open(path).map_err(|source| LogError::Read {
-        path: name.clone(),
-        source,
-    })?;
-    inspect_parts(&name, file, PART)
-}
-
-#[cfg(feature = "parquet")]
-fn inspect_parquet(path: &Path) -> Result<(Inspection, Findings), LogError> {
-    let mut looking = Inspector::new(None);
-    let visit = &mut |columns: Vec<_>, rows: std::ops::Range<usize>| {
-        let row_numbers: Vec<usize> = rows.collect();
-        looking.part(&columns, &row_numbers);
-    };
-    let (sha256, findings) = crate::tables::parquet::each_group(path, None, None, visit)?;
-    Ok((
-        looking.finish(&path.display().to_string(), Some(sha256)),
-        findings,
-    ))
-}
-
-/// Inspects a text table part by part, `part` bytes at once.
-fn inspect_parts(
-    path: &str,
-    input: impl Read,
-    part: usize,
-) -> Result<(Inspection, Findings), LogError> {
     let mut looking = Inspector::new(None);
     let mut visit = |part: TablePart| looking.part(&part.columns, &part.row_numbers);
-    let (sha256, findings) = each_part(path, input, part, &mut visit)?;
-    Ok((looking.finish(path, Some(sha256)), findings))
+    let (sha256, findings) = tables::each_part(path, &mut visit)?;
+    let name = path.display().to_string();
+    Ok((looking.finish(&name, Some(sha256)), findings))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tables::csv::each_part;
     use crate::{inspect, parse_csv};
     use proptest::prelude::*;
+    use std::io::Read;
+
+    /// Inspects a text table part by part, `part` bytes at once.
+    fn inspect_parts(
+        path: &str,
+        input: impl Read,
+        part: usize,
+    ) -> Result<(Inspection, Findings), LogError> {
+        let mut looking = Inspector::new(None);
+        let mut visit = |part: TablePart| looking.part(&part.columns, &part.row_numbers);
+        let (sha256, findings) = each_part(path, input, part, &mut visit)?;
+        Ok((looking.finish(path, Some(sha256)), findings))
+    }
 
     fn at_once(bytes: &[u8]) -> Result<(Inspection, Findings), LogError> {
         let (table, findings) = parse_csv("t.csv", bytes)?;

@@ -12,5 +12,6 @@ mod tally;
 mod time_column;
 
 pub use file::inspect_file;
+pub(crate) use inspect::Inspector;
 pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
 pub(crate) use time_column::LONG_STEP_S;

@@ -195,7 +195,7 @@ impl Map {
         if table.column(TIME_CHANNEL).is_none_or(Column::is_text) {
             return Err(LogError::NeedsMap {
                 path: table.path.clone(),
-                columns: table.column_names(),
+                columns: table.names.clone(),
                 suggested: inspect(table, None).suggested_map.unwrap_or_default(),
             });
         }

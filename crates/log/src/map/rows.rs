@@ -79,10 +79,10 @@ impl Rows for TableRows<'_> {
             _ => LogError::UnknownColumn {
                 at,
                 table,
-                nearest: nearest(name, self.table.columns.iter().map(|c| c.name.as_str()))
+                nearest: nearest(name, self.table.names.iter().map(String::as_str))
                     .map(str::to_owned),
                 found,
-                available: self.table.column_names(),
+                available: self.table.names.clone(),
             },
         }
     }

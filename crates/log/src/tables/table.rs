@@ -7,6 +7,8 @@ pub struct Table {
     pub(crate) bytes: u64,
     pub(crate) row_numbers: Vec<usize>,
     pub(crate) columns: Vec<Column>,
+    /// Names of all columns of the file, also of those that were not asked for.
+    pub(crate) names: Vec<String>,
 }
 
 /// One column of a [`Table`].
@@ -73,10 +75,6 @@ impl Table {
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
-    }
-
-    pub(crate) fn column_names(&self) -> Vec<String> {
-        self.columns.iter().map(|c| c.name.clone()).collect()
     }
 }
 

@@ -63,7 +63,7 @@ pub fn flight_warnings(
     };
     let mut all = Vec::new();
     if given && !result.routes.iter().any(of_card) {
-        let why = "the card of --thrust is not used, because the logs have the specific force, measured or from poses";
+        let why = "the thrust card is not used, because the logs have the specific force, measured or from poses";
         all.push(why.to_string());
     }
     all.extend(of_logs);

@@ -337,7 +337,7 @@ fn verdict(fits: &[ThrustFit<'_>], logs: usize) -> (Callout, String) {
     );
     let large = ratio.is_some_and(|ratio| ratio > LARGE_RESIDUAL);
     if large {
-        said += " That is too much to identify a ground effect with: fit all logs into one card, or choose another `--form`.";
+        said += " That is too much to identify a ground effect with: fit all logs into one card, or choose another form of the thrust (`form` in [thrust]).";
     }
     if failed > 0 {
         said += &format!(" {failed} of {logs} logs could not be fitted.");

@@ -58,6 +58,7 @@ pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError
         sha256: sha256(bytes),
         bytes: bytes.len() as u64,
         row_numbers: part.row_numbers,
+        names: part.columns.iter().map(|c| c.name.clone()).collect(),
         columns: part.columns,
     };
     Ok((table, findings))
@@ -244,11 +245,13 @@ impl PartReader<'_> {
     /// `last` is the file's last line.
     fn finish(mut self, last: Option<&Line<'_>>) -> TablePart {
         let mut bad = vec![None; self.taken.len()];
+        // A column with nothing but a unit is not text: its numbers may be in a later part.
+        let units = self.first_is_text && last.is_none();
         let raw = std::mem::take(&mut self.columns).into_iter();
         let known = self.reading.names.iter().zip(&mut self.reading.held);
         let mut columns: Vec<Column> = raw
             .zip(known)
-            .map(|(raw, (name, held))| raw.finish(name.clone(), held, &mut bad))
+            .map(|(raw, (name, held))| raw.finish(name.clone(), held, units, &mut bad))
             .collect();
         // Only a delimiter at the line's end makes a column without a name, which is always empty.
         columns.retain(|column| !column.name.is_empty() || column.has_content());
@@ -310,18 +313,24 @@ impl RawColumn {
     }
 
     /// Decides the type of the column, unless it is known. Notes in `bad` the faults of rows that do
-    /// not match it.
+    /// not match it. With `units`, the first row may be one of units, and others follow in later parts.
     fn finish(
         mut self,
         name: String,
         held: &mut Option<ColumnContent>,
+        units: bool,
         bad: &mut [Option<String>],
     ) -> Column {
         let mut blame = |position: usize, found: &str| {
             bad[position]
                 .get_or_insert_with(|| format!("expected a number in {name:?}, found {found:?}"));
         };
-        let most = self.numbers.max(self.stamps).max(self.texts);
+        let is_unit =
+            units && self.numbers == 0 && matches!(&self.odd[..], [(0, OtherCell::Text(_))]);
+        let most = match is_unit {
+            true => 0,
+            false => self.numbers.max(self.stamps).max(self.texts),
+        };
         let settled = held.unwrap_or(if self.texts == most {
             ColumnContent::Texts
         } else if self.stamps == most {

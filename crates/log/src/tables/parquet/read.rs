@@ -3,6 +3,7 @@
 use super::decode::{Content, numbers, texts};
 use super::file::{ParquetColumn, ParquetFile};
 use crate::hashing::sha256_of;
+use crate::tables::GatheredColumns;
 use crate::{Column, ColumnKind, Findings, LogError, Table, limits};
 use parquet::errors::ParquetError;
 use std::ops::Range;
@@ -39,27 +40,20 @@ pub fn read_parquet(
     wanted: Option<&dyn Fn(&str) -> bool>,
 ) -> Result<(Table, Findings), LogError> {
     let path = path.as_ref();
-    let (mut columns, mut row_numbers): (Vec<Column>, Vec<usize>) = Default::default();
+    let name = path.display().to_string();
     let mut bytes = 0;
-    let (sha256, findings) = each_group(path, wanted, Some(&mut bytes), &mut |group, rows| {
-        row_numbers.extend(rows);
-        if columns.is_empty() {
-            columns = group;
-            return;
-        }
-        for (column, more) in columns.iter_mut().zip(group) {
-            column.values.extend(more.values);
-            // The first text may be in a later row group.
-            column.kind = more.kind;
-        }
-    })?;
-    let table = Table {
-        path: path.display().to_string(),
-        sha256,
-        bytes,
-        row_numbers,
-        columns,
-    };
+    let mut gathered = GatheredColumns::new(&|_| true, 1.0);
+    let visit = &mut |group, rows: Range<usize>| gathered.add(group, &rows.collect::<Vec<_>>());
+    let (sha256, findings) = each_group(path, wanted, Some(&mut bytes), visit)?;
+    let mut table = gathered.table(&name, sha256, bytes);
+    if wanted.is_some() {
+        // An error of a map names the columns that there are.
+        table.names = ParquetFile::open(path)?
+            .columns()
+            .iter()
+            .map(ParquetColumn::name)
+            .collect();
+    }
     Ok((table, findings))
 }
 

@@ -166,24 +166,24 @@ fn look(path: &Path, map: Option<&Map>) -> Result<InspectedLog> {
     if let Some(log) = Log::open(path)? {
         return look_at_topics(path, &log, map);
     }
-    if map.is_none() && std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE) {
+    if let Some(map) = map {
+        return look_by_map(path, map);
+    }
+    if std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE) {
         return look_at_large(path);
     }
     let (table, mut findings) = touchdown_log::read_table(path)?;
     let mut columns = touchdown_log::inspect(&table, None);
-    let applied = match map {
-        Some(map) => Some(touchdown_log::apply(&table, map)?),
-        None => match Map::identity_for(&table).map(|map| touchdown_log::apply(&table, &map)) {
-            Ok(Ok(applied)) => Some(applied),
-            // Columns can be shown that make no trial.
-            Ok(Err(e)) => {
-                columns
-                    .warnings
-                    .push(format!("not usable without a map: {e}"));
-                None
-            }
-            Err(_) => None,
-        },
+    let applied = match Map::identity_for(&table).map(|map| touchdown_log::apply(&table, &map)) {
+        Ok(Ok(applied)) => Some(applied),
+        // Columns can be shown that make no trial.
+        Ok(Err(e)) => {
+            columns
+                .warnings
+                .push(format!("not usable without a map: {e}"));
+            None
+        }
+        Err(_) => None,
     };
     let mapped = applied.map(|(trial, applied)| {
         findings = std::mem::take(&mut findings).then(applied);
@@ -197,7 +197,23 @@ fn look(path: &Path, map: Option<&Map>) -> Result<InspectedLog> {
             columns: Box::new(columns),
         },
         mapped,
-        by_map: map.is_some(),
+        by_map: false,
+        findings,
+    })
+}
+
+/// What a table holds, and its channels by a map.
+fn look_by_map(path: &Path, map: &Map) -> Result<InspectedLog> {
+    let (columns, trial, findings) = touchdown_log::inspect_mapped(path, map)?;
+    let channels = touchdown_log::inspect_trial(&trial);
+    Ok(InspectedLog {
+        path: path.to_owned(),
+        content: Content::Table {
+            table: None,
+            columns: Box::new(columns),
+        },
+        mapped: Some((trial, channels)),
+        by_map: true,
         findings,
     })
 }

@@ -1,0 +1,101 @@
+// Number fields: what they take, and what is wrong with what they hold, in words beside them.
+
+import { el } from './dom';
+
+/** What a field takes. */
+export interface NumberLimits {
+  min: number;
+  max: number;
+  /** Whole numbers only. */
+  whole?: boolean;
+  /** Whether it may stay empty. */
+  optional?: boolean;
+  /** A number that it would take. */
+  example: string;
+}
+
+/** From leaving a field to its message, ms: longer than a press on a button. */
+const LEAVE_MS = 300;
+
+/** As programs write numbers: with a point, and perhaps an exponent. */
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+/** What a field takes, in words. */
+export function expected({ min, max, whole, example }: NumberLimits): string {
+  const kind = whole ? 'a whole number' : 'a number';
+  const point = whole ? '' : ' with a decimal point';
+  return `expected ${kind} from ${min} to ${max}${point}, such as ${example}`;
+}
+
+/** The number of a text; undefined where it is none, or beyond the limits. */
+export function numberOf(text: string, { min, max, whole }: NumberLimits): number | undefined {
+  const value = NUMBER.test(text) ? Number(text) : Number.NaN;
+  const fits = value >= min && value <= max && (!whole || Number.isSafeInteger(value));
+  return fits ? value : undefined;
+}
+
+/** A text field for a number. A browser's own number field hides from the page what it cannot read, and drops commas. */
+export class NumberField {
+  readonly element: HTMLElement;
+  readonly input: HTMLInputElement;
+  private readonly error: HTMLElement;
+
+  constructor(
+    id: string,
+    label: string,
+    private readonly limits: NumberLimits,
+  ) {
+    const inputmode = limits.whole ? 'numeric' : 'decimal';
+    this.input = el('input', { id, type: 'text', inputmode, autocomplete: 'off', spellcheck: 'false' });
+    this.error = el('span', { id: `${id}-error`, class: 'field-error', role: 'alert' });
+    const name = el('label', { for: id }, label);
+    this.element = el('div', { class: 'field' }, name, this.input, this.error);
+    // Not at once: a message that moves a button from under the pointer would swallow the press that leaves the field.
+    this.input.addEventListener('change', () => setTimeout(() => this.check(), LEAVE_MS));
+    this.input.addEventListener('input', () => {
+      // What is being mended is not blamed again before it is complete, and not longer than it is wrong.
+      if (this.input.hasAttribute('aria-invalid') && this.isValid()) this.check();
+    });
+  }
+
+  set(value: number): void {
+    this.input.value = String(value);
+    this.check();
+  }
+
+  /** The number; undefined where the field is empty, or where what it holds is none. */
+  value(): number | undefined {
+    return numberOf(this.text(), this.limits);
+  }
+
+  /** Says what is wrong beside the field; whether nothing is. */
+  check(): boolean {
+    const isValid = this.isValid();
+    if (isValid) {
+      this.error.textContent = '';
+      this.input.removeAttribute('aria-invalid');
+      this.input.removeAttribute('aria-describedby');
+    } else {
+      const found = this.text() === '' ? 'nothing' : `“${this.text()}”`;
+      this.error.textContent = `${expected(this.limits)}; found ${found}`;
+      this.input.setAttribute('aria-invalid', 'true');
+      this.input.setAttribute('aria-describedby', this.error.id);
+    }
+    return isValid;
+  }
+
+  private text(): string {
+    return this.input.value.trim();
+  }
+
+  private isValid(): boolean {
+    return this.text() === '' ? this.limits.optional === true : this.value() !== undefined;
+  }
+}
+
+/** Checks fields, and moves to the first that is wrong; whether none is. */
+export function checkAll(fields: NumberField[]): boolean {
+  const wrong = fields.filter((field) => !field.check());
+  wrong[0]?.input.focus();
+  return wrong.length === 0;
+}

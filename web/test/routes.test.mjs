@@ -1,0 +1,69 @@
+// Routes to the ground effect side by side.
+import assert from 'node:assert/strict';
+import { mkdirSync } from 'node:fs';
+import { after, before, test } from 'node:test';
+import { browser, Page, pictures } from './browser.mjs';
+
+let chromium;
+before(async () => {
+  mkdirSync(pictures, { recursive: true });
+  chromium = await browser();
+});
+after(() => chromium?.close());
+
+/** Gives the second route, which the example's flights do not identify, numbers near those of the first. */
+function twoRoutes() {
+  const { set } = Object.getOwnPropertyDescriptor(Worker.prototype, 'onmessage');
+  Object.defineProperty(Worker.prototype, 'onmessage', {
+    set(listener) {
+      set.call(this, (event) => {
+        const routes = event.data.result?.flight?.routes;
+        if (routes) {
+          routes[1].refused = null;
+          routes[1].extra_lift = routes[0].extra_lift.map((lift) => ({
+            ...lift,
+            value: 1.2 * lift.value,
+            ci95: [lift.ci95[0] - 0.1, lift.ci95[1] + 0.1],
+          }));
+        }
+        listener(event);
+      });
+    },
+  });
+}
+
+test('regress_routes_are_drawn_beside_one_another_with_their_intervals', async () => {
+  for (const [width, scheme] of [[360, 'dark'], [1280, 'light']]) {
+    const lab = await Page.open(chromium, { width });
+    await lab.page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
+    await lab.page.evaluate(twoRoutes);
+    await lab.page.click('#example-flights');
+    await lab.text('#inspection', /throttle/);
+    await lab.tab('model');
+    await lab.page.select('#task', 'identify_ground_effect');
+    await lab.page.type('#mass', '1.37');
+    await lab.page.type('#radius', '0.12');
+    await lab.page.click('#identify');
+    await lab.text('#identified', /Coefficients/);
+    const routes = await lab.page.waitForSelector('[aria-label^="Routes side by side"] canvas');
+    const legend = await lab.page.$eval('[aria-label^="Routes side by side"] .u-legend', (box) => box.textContent);
+    assert.match(legend, /accelerometer \(taken\).*poses/s);
+    // The bars of both routes, in their colours, are longer than their points are wide.
+    const colours = await routes.evaluate((canvas) => {
+      const { width: across, height: down } = canvas;
+      const { data } = canvas.getContext('2d').getImageData(0, 0, across, down);
+      const rows = {};
+      for (let k = 0; k < data.length; k += 4) {
+        const colour = [data[k], data[k + 1], data[k + 2]].join();
+        (rows[colour] ??= new Set()).add(Math.floor(k / 4 / across));
+      }
+      return Object.fromEntries(Object.entries(rows).map(([colour, set]) => [colour, set.size]));
+    });
+    const blue = scheme === 'dark' ? '86,180,233' : '0,114,178';
+    for (const colour of [blue, '213,94,0']) assert.ok(colours[colour] > 12, `${colour}: ${colours[colour]} rows`);
+    assert.equal(await lab.page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth), 0);
+    await (await lab.page.$('[aria-label^="Routes side by side"]')).screenshot({ path: `${pictures}/routes-${width}-${scheme}.png` });
+    assert.deepEqual(lab.errors, []);
+    await lab.close();
+  }
+});
