@@ -145,7 +145,6 @@ mod tests {
             each.fold(0.0, f64::max)
         };
         let (search, end) = (moved(false), moved(true));
-        println!("moved by {search:e}, settled by {end:e}");
         assert!(end < 1e-12 && end < 0.5 * search, "{end:e} {search:e}");
     }
 

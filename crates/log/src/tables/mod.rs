@@ -84,7 +84,7 @@ pub(crate) fn read_columns(
     let (bytes, parts) = size_in_parts(path);
     let mut gathered = GatheredColumns::new(wanted, parts);
     let (sha256, findings) = each_part(path, &mut |part| {
-        gathered.add(part.columns, &part.row_numbers)
+        gathered.add(part.columns, &part.row_numbers);
     })?;
     Ok((
         gathered.table(&path.display().to_string(), sha256, bytes),
