@@ -5,7 +5,7 @@
 //! | what | by |
 //! | --- | --- |
 //! | time constant with which a descent counts rising lift | 0.8 s²/m · v, at most 0.4 s; 0.4 s where the feet may touch; 0 in wind |
-//! | acceleration of the deck that is fed forward | times `1/(1 + (Δ/σ)²)`: Δ is the forecast's velocity now less that which the relative estimator measures, `σ² = (0.06 m/s)² + (0.15 v)²` |
+//! | acceleration of the deck that is fed forward | times `1/(1 + i (Δ/σ)²)`: Δ is the forecast's velocity now less that which the relative estimator measures, `σ² = (0.06 m/s)² + (0.15 v)²`, i is κ/0.1 s, at most 1, with κ of the [deck estimator](crate::estimate::deck) |
 //!
 //! In a rough sea, with s the speed beyond 0.7 m/s:
 //!
@@ -88,6 +88,9 @@ const LIFT_RISE_S: f64 = 0.4;
 /// 1 m/s² without knowing it: so were the hardest touches of 1500. With it the mean touch in seas of 0.4 and 0.6 m is 5 % softer.
 const AGREEING_MPS: f64 = 0.06;
 const AGREEING_SHARE: f64 = 0.15;
+/// Rate at which the estimated motion loses its coherence, 1/s, from which on all of the difference counts. In a sea it is 0.4 to 0.5, on
+/// a deck that moves as sines 0: there the measured velocity lags, and touches at 0.5 and 1 Hz were 0.003 m/s harder when it counted.
+const INCOHERENT_PER_S: f64 = 0.1;
 
 /// Normalised innovation squared of the velocity by satellites above which a deck that counts as calm moves: it is 1 for a
 /// consistent filter, and 0.2 is a standard deviation of its mean over 20 readings. That of the tag does not count: an unknown
@@ -125,6 +128,8 @@ pub(super) struct Sea<R> {
     seen_mps: R,
     /// The deck's velocity now as forecast, less as measured by the relative estimator, m/s.
     contradicted_mps: R,
+    /// Share to which that difference counts: 0 for pure tones, whose forecast is better than the measurement.
+    incoherent: R,
     /// For how long the deck still counts as moving, though its heave is not known yet, s.
     moves_s: R,
     /// Greatest estimated speed to the sides of late, of a deck that is not under way, m/s.
@@ -193,7 +198,7 @@ impl<R: Real> Sea<R> {
         } else {
             let part_mps = self.seen_mps * r(AGREEING_SHARE);
             let agreeing2 = r::<R>(AGREEING_MPS * AGREEING_MPS) + part_mps * part_mps;
-            let contradicted2 = self.contradicted_mps * self.contradicted_mps;
+            let contradicted2 = self.contradicted_mps * self.contradicted_mps * self.incoherent;
             acceleration_mps2 * agreeing2 / (agreeing2 + contradicted2)
         }
     }
@@ -224,6 +229,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             .predict(&state.deck, state.sightings.extra_age_s())
             .velocity_mps;
         sea.contradicted_mps = (forecast_mps - now_mps).finite_or(R::ZERO);
+        sea.incoherent = (state.deck.forgetting_per_s() / r(INCOHERENT_PER_S)).min(R::ONE);
         if !self.under_way {
             let aside_mps = estimate.deck_velocity_mps.horizontal().norm();
             let fading_mps = lag_step(sea.swayed_mps, R::ZERO, r(ROUGH_S), dt);

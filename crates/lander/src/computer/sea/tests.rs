@@ -125,6 +125,7 @@ fn analytic_a_descent_counts_rising_lift_late_over_a_deck_that_moves() {
 fn analytic_a_forecast_counts_as_far_as_the_measured_velocity_bears_it_out() {
     let sea = |contradicted_mps: f64, seen_mps: f64| Sea {
         contradicted_mps,
+        incoherent: 1.0,
         seen_mps,
         ..Sea::default()
     };
@@ -136,6 +137,12 @@ fn analytic_a_forecast_counts_as_far_as_the_measured_velocity_bears_it_out() {
             assert!((left - 0.4).abs() < ROUNDING, "{left}");
         }
     }
+    // The forecast of a tone counts whatever is measured.
+    let tone = Sea {
+        incoherent: 0.0,
+        ..sea(0.5, 0.3)
+    };
+    assert_eq!(tone.plausible_mps2(0.8), 0.8);
     // A rough sea goes by its greatest speed alone.
     let rough = Sea {
         rough_mps: 1.0,
