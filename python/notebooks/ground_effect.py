@@ -34,7 +34,7 @@ for term in ground.terms:
     print(f"{term['expression']}  {term['value']:.2f} ± {term['std_error']:.2f}")
 
 # %% [markdown]
-# The three numbers weigh three curves of height. `T` is the thrust far from the ground and `f` the additional force.
+# The first three numbers weigh three curves of height; then come the damping of a climb (s/m) and the lag of the wake (s). `T` is the thrust far from the ground and `f` the additional force.
 
 # %%
 from IPython.display import Latex
@@ -49,7 +49,7 @@ for text in ground.warnings:
     print("-", text.split(":")[0])
 
 # %% [markdown]
-# A landing passes each height once. So the logs hardly show how long the air takes to follow, and the card has no lag of the wake.
+# A landing passes each height once. So the logs tell only roughly how long the air takes to follow: the last number of the fit, in seconds.
 # [Fly so that the logs identify a model](../how-to/record.md) says which flights would show it.
 #
 # ## Is it true?
@@ -75,9 +75,8 @@ ax.set(xlabel="height (m)", ylabel="additional thrust (%)", xlim=(0.0, 1.0), yli
 ax.legend();
 
 # %% [markdown]
-# Close to the ground, where it matters most, the curve goes through the points. Between 0.3 and 0.7 m it lies below them, by about three percent of the thrust.
-# There the vehicles descend. The true force depends on the sink rate too: at 0.75 m a hover has 1 %, a descent 3 %. A static curve knows height alone,
-# and these flights identify no more than that.
+# Close to the ground, where it matters most, the curve goes along the upper edge of the points: it is the lift of a hover, which a descent reaches late. Between 0.3 and 0.7 m it lies below them, by about three percent of the thrust.
+# There the vehicles descend. The true force depends on the sink rate too: at 0.75 m a hover has 1 %, a descent 3 %. The curve shows height alone.
 #
 # ## Judge it on other flights
 #
