@@ -177,6 +177,12 @@ impl<R: Real> Sea<R> {
         }
     }
 
+    /// Compares the deck's velocity as forecast for now with that which the relative estimator measures, m/s.
+    pub(super) fn compare(&mut self, forecast_mps: R, measured_mps: R, forgetting_per_s: R) {
+        self.contradicted_mps = (forecast_mps - measured_mps).finite_or(R::ZERO);
+        self.incoherent = (forgetting_per_s / r(INCOHERENT_PER_S)).min(R::ONE);
+    }
+
     /// Time constant with which a descent counts rising lift, s. In a rough sea a descent has to end, softly or not.
     pub(super) fn lift_rise_s(&self, may_touch: bool) -> R {
         let most_s = r(LIFT_RISE_S);
@@ -224,12 +230,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let fading_mps = lag_step(sea.seen_mps, R::ZERO, r(ROUGH_S), dt);
         let now_mps = estimate.deck_velocity_mps.z;
         sea.seen_mps = fading_mps.max(now_mps.abs().finite_or(R::ZERO));
-        let forecast_mps = self
-            .deck
-            .predict(&state.deck, state.sightings.extra_age_s())
-            .velocity_mps;
-        sea.contradicted_mps = (forecast_mps - now_mps).finite_or(R::ZERO);
-        sea.incoherent = (state.deck.forgetting_per_s() / r(INCOHERENT_PER_S)).min(R::ONE);
         if !self.under_way {
             let aside_mps = estimate.deck_velocity_mps.horizontal().norm();
             let fading_mps = lag_step(sea.swayed_mps, R::ZERO, r(ROUGH_S), dt);
