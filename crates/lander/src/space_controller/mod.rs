@@ -229,7 +229,12 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         };
         // Observer and adaptation know all of the lift, so the observer does not take back what the command leaves.
         let all = self.advance_estimates(state, &motion, learn, dt);
-        let lift = counted(state.counted, all, lag_share(target.lift_rise_s, dt));
+        let share = if target.lift_rise_s > R::ZERO {
+            lag_share(target.lift_rise_s, dt)
+        } else {
+            R::ONE
+        };
+        let lift = counted(state.counted, all, share);
         state.counted = lift;
 
         let up = motion.attitude.up();
