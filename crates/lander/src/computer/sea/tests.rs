@@ -123,30 +123,35 @@ fn analytic_a_descent_counts_rising_lift_late_over_a_deck_that_moves() {
 
 #[test]
 fn analytic_a_forecast_counts_as_far_as_the_measured_velocity_bears_it_out() {
-    let sea = |contradicted_mps: f64, seen_mps: f64| Sea {
-        contradicted_mps,
-        incoherent: 1.0,
-        seen_mps,
-        ..Sea::default()
+    // A forecast of 0.2 m/s, and a measured velocity that differs.
+    let sea = |differs_mps: f64, seen_mps: f64, forgetting_per_s: f64| {
+        let mut sea = Sea {
+            seen_mps,
+            ..Sea::default()
+        };
+        sea.compare(0.2, 0.2 + differs_mps, forgetting_per_s);
+        sea
     };
-    assert!((sea(0.0, 0.3).plausible_mps2(-0.9) + 0.9).abs() < ROUNDING);
+    let left = |differs_mps: f64, seen_mps: f64, forgetting_per_s: f64| {
+        sea(differs_mps, seen_mps, forgetting_per_s).plausible_mps2(0.8)
+    };
+    assert!((left(0.0, 0.3, 0.5) - 0.8).abs() < ROUNDING);
     // σ = 0.06 m/s over a calm deck, √(0.06² + 0.08²) = 0.1 m/s where it moved by 0.08/0.15 m/s: half is left.
     for (sigma, seen_mps) in [(0.06, 0.0), (0.1, 0.08 / 0.15)] {
         for sign in [1.0, -1.0] {
-            let left = sea(sign * sigma, seen_mps).plausible_mps2(0.8);
-            assert!((left - 0.4).abs() < ROUNDING, "{left}");
+            assert!((left(sign * sigma, seen_mps, 0.1) - 0.4).abs() < ROUNDING);
+            // Beyond 0.1/s all of the difference counts, and at half of it half of its square.
+            assert!((left(sign * sigma, seen_mps, 0.5) - 0.4).abs() < ROUNDING);
+            assert!((left(sign * sigma, seen_mps, 0.05) - 0.8 / 1.5).abs() < ROUNDING);
         }
     }
-    // The forecast of a tone counts whatever is measured.
-    let tone = Sea {
-        incoherent: 0.0,
-        ..sea(0.5, 0.3)
-    };
-    assert!((tone.plausible_mps2(0.8) - 0.8).abs() < ROUNDING);
+    // The forecast of a tone counts whatever is measured, and one beside an unknown velocity too.
+    assert!((left(0.5, 0.3, 0.0) - 0.8).abs() < ROUNDING);
+    assert!((left(f64::NAN, 0.3, 0.5) - 0.8).abs() < ROUNDING);
     // A rough sea goes by its greatest speed alone.
     let rough = Sea {
         rough_mps: 1.0,
-        ..sea(0.5, 1.0)
+        ..sea(0.5, 1.0, 0.5)
     };
     assert_eq!(rough.plausible_mps2(1.5), 1.5);
     assert_eq!(rough.plausible_mps2(3.0), 2.0);

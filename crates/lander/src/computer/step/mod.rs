@@ -63,12 +63,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         self.watch_weather(state, &estimate, attitude, dt);
         self.watch_consistency(state, &health, dt);
 
-        let deck = self.deck_ahead(state, R::ZERO);
-        let measured_mps = estimate.deck_velocity_mps.z;
-        let forgetting_per_s = state.deck.forgetting_per_s();
-        state
-            .sea
-            .compare(deck.velocity_mps, measured_mps, forgetting_per_s);
+        let deck = self.forecast_deck(state, &estimate);
         let (plan, reference) = self.plan(state, &motion, dt);
         let deck_speed_mps = self.greatest_deck_speed(state, &deck, &estimate);
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
