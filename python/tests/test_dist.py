@@ -8,8 +8,7 @@ import multiprocessing
 import os
 import pickle
 import subprocess
-import time
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -137,20 +136,18 @@ def test_prop_workers_that_fail_are_one_clear_error(files: list[str], tmp_path: 
     assert (tmp_path / "died").exists() and same(found, one_process(files))
 
 
-def test_prop_a_larger_task_has_more_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sindy._tasks.LEAST_SILENCE_S", 0.05)
-    calls: list[tuple[int, int]] = []
-
-    def flies(first: int, end: int) -> None:
-        calls.append((first, end))
-        # A hundredth of a second each: the second task takes ten times the least silence.
-        time.sleep(0.01 * (end - first))
-
+def test_prop_a_larger_task_has_more_time() -> None:
     with ThreadPoolExecutor(2) as executor:
-        driver = Driver(executor, flies, lambda task: task, retries=0, what="", rest="")
-        driver.run([(0, 1)], lambda *_: None)
-        driver.run([(1, 51)], lambda *_: None)
-    assert calls == [(0, 1), (1, 51)]
+        driver: Driver[None] = Driver(executor, lambda *_: None, lambda task: task, retries=0, what="", rest="")
+        assert driver._patience_s() is None, "before a task was timed"
+        # A block took 2 s. Then 50 blocks of one task have 100 s, and three times as much counts as a hang.
+        driver.seconds[(0, 1)] = 2.0
+        driver._flying[Future()] = (1, 51)
+        assert driver._patience_s() == 300.0
+        # The slowest block counts, not the longest task; a small task has ten seconds at least.
+        driver.seconds[(51, 61)] = 5.0
+        driver._flying = {Future(): (61, 62)}
+        assert driver._patience_s() == 10.0
 
 
 def test_prop_bad_input_names_the_file(files: list[str], tmp_path: Path) -> None:

@@ -67,42 +67,20 @@ fn equivalent_s(values: &ModelValues, pieces: &[Segment], locals: &[SegmentOffse
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flights::drift::Drift;
     use crate::flights::fit::fit;
+    use crate::flights::made::up_and_down;
     use crate::flights::model::{Curve, ModelTerms};
 
-    /// Hover up and down over the ground for 8 s, with the force of a lift `0.2 exp(-z)` that follows the height at once, and
-    /// heights that were logged `late` samples of 0.01 s later.
+    /// A lift `0.2 exp(-z)` that follows the height at once, and heights that were logged `late` samples of 0.01 s later.
     fn run(late: usize, flight: usize) -> Segment {
-        let (n, rows) = (800_u32, 800);
-        let time_s: Vec<f64> = (0..n).map(|i| 0.01 * f64::from(i)).collect();
-        let pace = 3.0 + 0.7 * flight as f64;
-        let height: Vec<f64> = time_s
-            .iter()
-            .map(|t| 1.2 - 0.7 * (pace * t).cos())
-            .collect();
-        let lift = |h: &f64| 1.0 + 0.2 * (-h).exp();
-        let force = height.iter().map(lift).collect();
-        let logged: Vec<f64> = (0..height.len())
-            .map(|i| height[i.saturating_sub(late)])
+        let at_once = up_and_down(flight, |h, _| 1.0 + 0.2 * (-h).exp());
+        let logged: Vec<f64> = (0..at_once.height.len())
+            .map(|i| at_once.height[i.saturating_sub(late)])
             .collect();
         Segment {
-            flight,
-            run: 0,
-            throttle: vec![1.0; rows],
-            logged_throttle: Vec::new(),
             range_m: logged.clone(),
             height: logged,
-            climb_mps: vec![0.0; rows],
-            drift: Drift::Unknown,
-            on_s: Some(0.0),
-            force,
-            accelerometer: true,
-            climb_measured_mps: Vec::new(),
-            tilt_rad: Vec::new(),
-            rows: (0..rows).collect(),
-            bias_sd: 0.1,
-            time_s,
+            ..at_once
         }
     }
 

@@ -36,6 +36,8 @@ pub mod hover;
 pub mod judge;
 mod lag;
 mod likeliest;
+#[cfg(test)]
+mod made;
 mod marking;
 pub mod model;
 mod motion;
