@@ -99,6 +99,14 @@ export class Page {
     }, contents);
   }
 
+  /** Sets up step 2 for the ground effect of the example's flights. */
+  async groundEffectOfFlights() {
+    await this.tab('model');
+    await this.page.select('#task', 'identify_ground_effect');
+    await this.page.type('#mass', '1.37');
+    await this.page.type('#radius', '0.12');
+  }
+
   /** Puts a map into the editor. */
   async map(text) {
     await this.page.$eval(

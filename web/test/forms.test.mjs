@@ -1,17 +1,13 @@
 // What a person types, links to and goes back to.
 import assert from 'node:assert/strict';
-import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import { browser, Page, pictures } from './browser.mjs';
+import { after, test } from 'node:test';
+import { Page } from './browser.mjs';
+import { chromiumForTests } from './chromium.mjs';
 
-let chromium;
-before(async () => {
-  mkdirSync(pictures, { recursive: true });
-  chromium = await browser();
-});
-after(() => chromium?.close());
+const chromium = chromiumForTests();
 
 const folder = mkdtempSync(join(tmpdir(), 'lab-'));
 after(() => rmSync(folder, { recursive: true }));
@@ -53,7 +49,7 @@ const set = (lab, id, value) =>
 
 test('regress_a_number_that_cannot_be_is_an_error_beside_its_field', async () => {
   for (const [width, scheme] of [[360, 'dark'], [1280, 'light']]) {
-    const lab = await Page.open(chromium, { width });
+    const lab = await Page.open(chromium(), { width });
     await lab.page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
     await lab.drop(stand());
     await lab.text('#inspection', /thrust_n/);
@@ -103,7 +99,7 @@ test('regress_a_number_that_cannot_be_is_an_error_beside_its_field', async () =>
 test('regress_values_of_a_link_that_cannot_fly_are_named', async () => {
   const hash = '#deck=banana&height_m=99&wind_mps=abc&landing=5000&strength=0.51&colour=red&seed=7';
   for (const [width, scheme] of [[360, 'light'], [1280, 'dark']]) {
-    const lab = await Page.open(chromium, { hash, width });
+    const lab = await Page.open(chromium(), { hash, width });
     await lab.page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
     const text = await lab.text('#link-faults', /cannot fly/);
     for (const line of [
@@ -130,7 +126,7 @@ test('regress_values_of_a_link_that_cannot_fly_are_named', async () => {
 });
 
 test('regress_back_returns_to_the_scenario_flown_before', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.tab('deck');
   await lab.text('#outcome', /Outcome/);
   await flown(lab);
@@ -160,7 +156,7 @@ test('regress_back_returns_to_the_scenario_flown_before', async () => {
 });
 
 test('regress_a_button_keeps_the_focus_through_its_work', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.drop(stand());
   await lab.text('#inspection', /thrust_n/);
   await lab.tab('model');
@@ -186,7 +182,7 @@ test('regress_a_button_keeps_the_focus_through_its_work', async () => {
 });
 
 test('regress_a_card_file_flies_and_a_removed_card_is_on_no_deck', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.drop(stand());
   await lab.text('#inspection', /thrust_n/);
   await lab.tab('model');

@@ -1,19 +1,15 @@
 import assert from 'node:assert/strict';
-import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import * as esbuild from 'esbuild';
-import { browser, data, difference, fixtures, Page, pictures, root, touchdown, withCommand, withData } from './browser.mjs';
+import { data, difference, fixtures, Page, root, touchdown, withCommand, withData } from './browser.mjs';
+import { chromiumForTests } from './chromium.mjs';
 
 const corpus = process.env.TOUCHDOWN_CORPUS;
 
-let chromium;
-before(async () => {
-  mkdirSync(pictures, { recursive: true });
-  chromium = await browser();
-});
-after(() => chromium?.close());
+const chromium = chromiumForTests();
 
 const withBoth = { skip: withData.skip || withCommand.skip };
 
@@ -202,7 +198,7 @@ function dataFlash() {
 }
 
 test('regress_nothing_leaves_the_page', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   const own = lab.connections().length;
   await lab.page.click('#example-rig');
   await lab.text('#inspection', /thrust_n/);
@@ -215,7 +211,7 @@ test('regress_nothing_leaves_the_page', async () => {
 });
 
 test('xval_a_table_of_a_thrust_stand_is_identified_as_by_the_command', withBoth, async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   const log = join(data, 'thrust-5in-props-static', 'a1_11.csv');
   const map = join(root, 'examples', 'maps', 'thrust-5in-props-static.toml');
   await lab.drop(log);
@@ -245,7 +241,7 @@ test('xval_a_table_of_a_thrust_stand_is_identified_as_by_the_command', withBoth,
 });
 
 test('xval_a_ulog_has_the_channels_that_the_command_shows', withBoth, async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   const log = join(data, 'log-px4-ulog', 'sample_log_small.ulg');
   await lab.drop(log);
   await lab.text('#inspection', /Topics/);
@@ -264,7 +260,7 @@ test('xval_logs_of_every_format_have_the_content_that_the_command_shows', withCo
     writeFileSync(join(folder, name), content);
     return join(folder, name);
   });
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   for (const log of [...own, ...readdirSync(fixtures).sort().map((name) => join(fixtures, name))]) {
     await lab.drop(log);
     await sameContent(lab, log);
@@ -276,7 +272,7 @@ test('xval_logs_of_every_format_have_the_content_that_the_command_shows', withCo
 
 test('xval_a_landing_is_that_of_the_command', withCommand, async () => {
   const hash = '#deck=sea&height_m=0.3&period_s=5&wind_mps=2&strength=0.8&seed=7&landing=0';
-  const lab = await Page.open(chromium, { hash });
+  const lab = await Page.open(chromium(), { hash });
   await lab.text('#outcome', /Outcome/);
   const shown = new Map((await lab.table('Outcome')).map(([name, first, second]) => [name, [first, second]]));
   const file = await lab.page.$eval('pre', (pre) => pre.textContent);
@@ -315,7 +311,7 @@ test('xval_a_landing_is_that_of_the_command', withCommand, async () => {
 });
 
 test('regress_a_link_shows_the_same_landing', async () => {
-  const first = await Page.open(chromium);
+  const first = await Page.open(chromium());
   await first.tab('deck');
   await first.text('#outcome', /Outcome/);
   await first.page.$eval('#height_m', (input) => {
@@ -328,7 +324,7 @@ test('regress_a_link_shows_the_same_landing', async () => {
   const outcome = await first.table('Outcome');
   const hash = new URL(first.page.url()).hash;
   await first.close();
-  const second = await Page.open(chromium, { hash });
+  const second = await Page.open(chromium(), { hash });
   await second.text('#outcome', /Outcome/);
   assert.deepEqual(await second.table('Outcome'), outcome);
   assert.equal(await second.page.$eval('#missing-cards', (box) => box.textContent), '');
@@ -349,7 +345,7 @@ test('regress_a_link_shows_the_same_landing', async () => {
 });
 
 test('regress_a_built_in_map_is_edited', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.click('#example-flights');
   await lab.text('#inspection', /throttle/);
   const channels = await lab.table('Channels');
@@ -366,7 +362,7 @@ test('regress_a_built_in_map_is_edited', async () => {
 });
 
 test('regress_reading_simulating_flying_and_recording_are_cancelled', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.evaluate(() => {
     const line = '0.123456,0.5,1.25\n';
     const file = new File(['time_s,throttle,thrust_n\n', line.repeat(2_000_000)], 'long.csv');
@@ -407,7 +403,7 @@ test('regress_reading_simulating_flying_and_recording_are_cancelled', async () =
 });
 
 test('regress_the_deck_is_told_apart_without_colours_and_by_keyboard', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.emulateMediaFeatures([{ name: 'prefers-reduced-motion', value: 'reduce' }]);
   await lab.tab('deck');
   await lab.text('#outcome', /Outcome/);
@@ -486,7 +482,7 @@ test('prop_addresses_that_make_no_sense_show_a_landing', async () => {
     '#height_m=NaN&seed=99999999999999999999&landing=-0.5',
     '#%E0%A4%A&=&&deck',
   ]) {
-    const lab = await Page.open(chromium, { hash });
+    const lab = await Page.open(chromium(), { hash });
     await lab.text('#outcome', /Outcome/);
     assert.deepEqual(lab.errors, [], hash);
     await lab.close();
@@ -506,7 +502,7 @@ test('regress_hostile_logs_are_errors_in_a_page_that_lives', async () => {
     ...(corpus ? readdirSync(corpus).map((name) => [name, readFileSync(join(corpus, name))]) : []),
   ];
   console.log(`# ${hostile.length} hostile files`);
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   for (const [name, bytes] of hostile) {
     writeFileSync(join(folder, name), bytes);
     await lab.drop(join(folder, name));
@@ -528,13 +524,10 @@ test('regress_hostile_logs_are_errors_in_a_page_that_lives', async () => {
 });
 
 test('regress_an_identification_is_cancelled', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.click('#example-flights');
   await lab.text('#inspection', /throttle/);
-  await lab.tab('model');
-  await lab.page.select('#task', 'identify_ground_effect');
-  await lab.page.type('#mass', '1.37');
-  await lab.page.type('#radius', '0.12');
+  await lab.groundEffectOfFlights();
   await lab.page.click('#identify');
   await lab.page.waitForSelector('#cancel:not([hidden])');
   await lab.page.click('#cancel');
@@ -544,15 +537,12 @@ test('regress_an_identification_is_cancelled', async () => {
 });
 
 test('regress_from_flights_to_a_landing_with_their_card', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.click('#example-flights');
   await lab.text('#inspection', /throttle/);
   await lab.picture('log-flights');
   const logs = await lab.allSaved('#save-logs', 4);
-  await lab.tab('model');
-  await lab.page.select('#task', 'identify_ground_effect');
-  await lab.page.type('#mass', '1.37');
-  await lab.page.type('#radius', '0.12');
+  await lab.groundEffectOfFlights();
   await lab.page.click('#identify');
   await lab.text('#identified', /Coefficients/);
   await lab.page.$eval('#more-figures', (details) => (details.open = true));
@@ -605,7 +595,7 @@ test('xval_a_force_rig_is_identified_as_by_the_command_and_its_empirical_law_fli
     return file(`rig-${n}.csv`, ['time_s,throttle,thrust_n,height_m,deck_velocity_mps', ...rows]);
   });
   const settings = '[vehicle]\nmass_kg = 1.37\nrotor_radius_m = 0.12\nrotors = 4\nmeasured_rotors = 4\n';
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.drop(stand);
   await lab.text('#inspection', /thrust_n/);
   await lab.tab('model');
@@ -646,7 +636,7 @@ test('xval_a_force_rig_is_identified_as_by_the_command_and_its_empirical_law_fli
 });
 
 test('regress_one_file_works_from_disk', async () => {
-  const lab = await Page.open(chromium, { file: true });
+  const lab = await Page.open(chromium(), { file: true });
   await lab.page.click('#example-rig');
   await lab.text('#inspection', /thrust_n/);
   await lab.tab('deck');
@@ -663,7 +653,7 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
   const rows = Array.from({ length: 21 }, (_, k) => [k, 0.2 + 0.03 * k, 20 * (0.2 + 0.03 * k) ** 2].join(','));
   writeFileSync(stand, ['time_s,throttle,thrust_n', ...rows].join('\n') + '\n');
   for (const [width, scheme] of [[360, 'light'], [1280, 'dark'], [3840, 'light']]) {
-    const lab = await Page.open(chromium, { width, height: 900 });
+    const lab = await Page.open(chromium(), { width, height: 900 });
     await lab.page.emulateMediaFeatures([
       { name: 'prefers-color-scheme', value: scheme },
       { name: 'prefers-reduced-motion', value: 'reduce' },
@@ -702,7 +692,7 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
 });
 
 test('regress_tabs_by_keyboard', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.focus('#tab-log');
   await lab.page.keyboard.press('ArrowRight');
   assert.equal(await lab.page.$eval('#model', (panel) => panel.hidden), false);
@@ -711,7 +701,7 @@ test('regress_tabs_by_keyboard', async () => {
 });
 
 test('regress_what_is_saved_and_linked_is_what_is_shown', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.tab('deck');
   await lab.text('#outcome', /Outcome/);
   const flown = async () => lab.page.waitForFunction(() => !document.querySelector('#fly').disabled);
@@ -753,13 +743,10 @@ test('regress_what_is_saved_and_linked_is_what_is_shown', async () => {
 });
 
 test('regress_a_model_is_that_of_the_logs_that_were_asked_for', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.click('#example-flights');
   await lab.text('#inspection', /throttle/);
-  await lab.tab('model');
-  await lab.page.select('#task', 'identify_ground_effect');
-  await lab.page.type('#mass', '1.37');
-  await lab.page.type('#radius', '0.12');
+  await lab.groundEffectOfFlights();
   await lab.page.click('#identify');
   await lab.text('#model .state[role=status]', /^Identifying/);
   // Other logs come while it runs.

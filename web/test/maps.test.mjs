@@ -1,17 +1,13 @@
 // Maps, what the page says of them, and in whose words.
 import assert from 'node:assert/strict';
-import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import { browser, memory, Page, pictures } from './browser.mjs';
+import { after, test } from 'node:test';
+import { memory, Page } from './browser.mjs';
+import { chromiumForTests } from './chromium.mjs';
 
-let chromium;
-before(async () => {
-  mkdirSync(pictures, { recursive: true });
-  chromium = await browser();
-});
-after(() => chromium?.close());
+const chromium = chromiumForTests();
 
 const folder = mkdtempSync(join(tmpdir(), 'lab-'));
 after(() => rmSync(folder, { recursive: true }));
@@ -22,7 +18,7 @@ function file(name, text) {
 }
 
 test('regress_a_map_that_fails_shows_no_channels_of_another', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.drop(file('stand.csv', 'time_s,throttle,thrust_n\n0,0.2,1\n1,0.3,2\n2,0.4,3\n'));
   await lab.text('#inspection', /Channels/);
   await lab.map("schema = 1\n[channels]\ntime_s = 'time_s'\nthrust_n = 'trust_n'\n");
@@ -39,7 +35,7 @@ test('regress_a_map_that_fails_shows_no_channels_of_another', async () => {
 test('regress_a_suggested_map_without_a_time_says_what_is_missing', async () => {
   const rows = Array.from({ length: 200 }, (_, k) => `${(0.4 + 0.1 * Math.sin(k)).toFixed(4)},${(5 + Math.sin(k)).toFixed(4)}`);
   for (const [width, scheme] of [[360, 'dark'], [1280, 'light']]) {
-    const lab = await Page.open(chromium, { width });
+    const lab = await Page.open(chromium(), { width });
     await lab.page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
     await lab.drop(file('no-time.csv', ['Throttle,Thrust (N)', ...rows].join('\n') + '\n'));
     await lab.text('#inspection', /Columns/);
@@ -60,7 +56,7 @@ test('regress_a_suggested_map_without_a_time_says_what_is_missing', async () => 
 });
 
 test('regress_errors_are_in_words_of_the_page', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   const foreign = /--\w|\/in\/|\/out\//;
   const of = async (selector) => {
     const text = await lab.text(`${selector} .error`, /./);
@@ -82,13 +78,10 @@ test('regress_errors_are_in_words_of_the_page', async () => {
 });
 
 test('regress_an_identification_says_what_it_does', async () => {
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.page.click('#example-flights');
   await lab.text('#inspection', /throttle/);
-  await lab.tab('model');
-  await lab.page.select('#task', 'identify_ground_effect');
-  await lab.page.type('#mass', '1.37');
-  await lab.page.type('#radius', '0.12');
+  await lab.groundEffectOfFlights();
   await lab.page.evaluate(() => {
     const state = document.querySelector('#model .state[role=status]');
     window.states = [];
@@ -112,12 +105,12 @@ test('regress_an_identification_says_what_it_does', async () => {
 test('regress_a_large_table_with_a_map_is_read_in_bounded_memory', async () => {
   const columns = Array.from({ length: 30 }, (_, k) => `c${k}`);
   const [rows, bytes] = [1_000_000, 30 * 8];
-  const lab = await Page.open(chromium);
+  const lab = await Page.open(chromium());
   await lab.dropLines('large.csv', `${columns.join()}\n`, `${columns.map((_, k) => `1.${100_000 + k}`.slice(0, 7)).join()}\n`, rows);
   await lab.text('#inspection', /Columns/);
-  const before = memory(chromium);
+  const before = memory(chromium());
   let most = 0;
-  const watch = setInterval(() => (most = Math.max(most, memory(chromium))), 100);
+  const watch = setInterval(() => (most = Math.max(most, memory(chromium()))), 100);
   await lab.map("schema = 1\n[channels]\ntime_s = 'row * 0.01'\nthrust_n = 'c3 + c4'\n");
   await lab.text('#inspection', /Channels/);
   clearInterval(watch);

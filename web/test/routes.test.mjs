@@ -1,15 +1,10 @@
 // Routes to the ground effect side by side.
 import assert from 'node:assert/strict';
-import { mkdirSync } from 'node:fs';
-import { after, before, test } from 'node:test';
-import { browser, Page, pictures } from './browser.mjs';
+import { test } from 'node:test';
+import { Page, pictures } from './browser.mjs';
+import { chromiumForTests } from './chromium.mjs';
 
-let chromium;
-before(async () => {
-  mkdirSync(pictures, { recursive: true });
-  chromium = await browser();
-});
-after(() => chromium?.close());
+const chromium = chromiumForTests();
 
 /** Gives the second route, which the example's flights do not identify, numbers near those of the first. */
 function twoRoutes() {
@@ -34,15 +29,12 @@ function twoRoutes() {
 
 test('regress_routes_are_drawn_beside_one_another_with_their_intervals', async () => {
   for (const [width, scheme] of [[360, 'dark'], [1280, 'light']]) {
-    const lab = await Page.open(chromium, { width });
+    const lab = await Page.open(chromium(), { width });
     await lab.page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
     await lab.page.evaluate(twoRoutes);
     await lab.page.click('#example-flights');
     await lab.text('#inspection', /throttle/);
-    await lab.tab('model');
-    await lab.page.select('#task', 'identify_ground_effect');
-    await lab.page.type('#mass', '1.37');
-    await lab.page.type('#radius', '0.12');
+    await lab.groundEffectOfFlights();
     await lab.page.click('#identify');
     await lab.text('#identified', /Coefficients/);
     const routes = await lab.page.waitForSelector('[aria-label^="Routes side by side"] canvas');
