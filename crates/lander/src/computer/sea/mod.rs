@@ -127,6 +127,8 @@ pub(super) struct Sea<R> {
     rough_mps: R,
     /// Greatest estimated speed of the deck of late, m/s.
     seen_mps: R,
+    /// Sum of the greatest speeds of the deck's harmonics, m/s.
+    pub(super) harmonics_mps: R,
     /// Square of the deck's velocity now as forecast, less as measured by the relative estimator, as far as it counts, (m/s)².
     contradiction_m2ps2: R,
     /// For how long the deck still counts as moving, though its heave is not known yet, s.
@@ -210,7 +212,7 @@ impl<R: Real> Sea<R> {
 }
 
 /// Sum of the harmonics' greatest speeds, m/s.
-pub(super) fn harmonics_mps<R: Real>(deck: &DeckEstimatorState<R>) -> R {
+fn harmonics_mps<R: Real>(deck: &DeckEstimatorState<R>) -> R {
     let harmonics = (0..deck.count()).filter_map(|k| deck.harmonic(k));
     harmonics.fold(R::ZERO, |sum, harmonic| {
         sum + harmonic.amplitude_m * harmonic.angular_frequency
@@ -235,7 +237,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             sea.swayed_mps = fading_mps.max(aside_mps.finite_or(R::ZERO));
         }
         let most_mps = sea.seen_mps * r(CANCELLING) + r(CANCELLING_MPS);
-        if harmonics_mps(&state.deck) > most_mps {
+        sea.harmonics_mps = harmonics_mps(&state.deck);
+        if sea.harmonics_mps > most_mps {
+            sea.harmonics_mps = R::ZERO;
             self.deck.reset(&mut state.deck);
             state.sightings.reset();
         }

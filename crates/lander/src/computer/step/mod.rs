@@ -2,7 +2,6 @@
 
 mod sensing;
 
-use crate::computer::sea::harmonics_mps;
 use crate::computer::support::Support;
 use crate::computer::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
 use crate::estimate::deck::DeckMotionPrediction;
@@ -286,8 +285,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     fn deck_acceleration_ahead(&self, state: &ComputerState<R, G::State>) -> R {
         let ahead_s = self.guidance.acting_s + state.sightings.extra_age_s();
         let ahead_mps2 = self.deck.predict_acceleration(&state.deck, ahead_s);
-        let fastest = harmonics_mps(&state.deck);
-        let slowed = (self.state_machine.deck_speed_mps / fastest).finite_or(R::ONE);
+        let fastest_mps = state.sea.harmonics_mps;
+        let slowed = (self.state_machine.deck_speed_mps / fastest_mps).finite_or(R::ONE);
         state.sea.plausible_mps2(ahead_mps2) * slowed.min(R::ONE)
     }
 
@@ -341,8 +340,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         if state.deck.count() == 0 {
             return least.max(r::<R>(2.0) * now.velocity_sd_mps);
         }
-        let sum = harmonics_mps(&state.deck);
-        least.max(sum).max(now.velocity_mps.abs())
+        least
+            .max(state.sea.harmonics_mps)
+            .max(now.velocity_mps.abs())
     }
 
     /// The descent to fly if one begins now.
