@@ -14,8 +14,22 @@ export interface NumberLimits {
   example: string;
 }
 
-/** From leaving a field to its message, ms: longer than a press on a button. */
-const LEAVE_MS = 300;
+let isPressed = false;
+addEventListener('pointerdown', () => (isPressed = true), true);
+for (const end of ['pointerup', 'pointercancel']) addEventListener(end, () => (isPressed = false), true);
+
+/** Calls after the press that has left a field: a message that moves a button from under the pointer would swallow its click. */
+function afterPress(call: () => void): void {
+  // A press of a finger ends before the field is left, and its click comes in the same task.
+  const soon = () => setTimeout(call);
+  if (!isPressed) return void soon();
+  const press = new AbortController();
+  const ended = () => {
+    press.abort();
+    soon();
+  };
+  for (const end of ['pointerup', 'pointercancel']) addEventListener(end, ended, { capture: true, signal: press.signal });
+}
 
 /** As programs write numbers: with a point, and perhaps an exponent. */
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
@@ -50,8 +64,7 @@ export class NumberField {
     this.error = el('span', { id: `${id}-error`, class: 'field-error', role: 'alert' });
     const name = el('label', { for: id }, label);
     this.element = el('div', { class: 'field' }, name, this.input, this.error);
-    // Not at once: a message that moves a button from under the pointer would swallow the press that leaves the field.
-    this.input.addEventListener('change', () => setTimeout(() => this.check(), LEAVE_MS));
+    this.input.addEventListener('change', () => afterPress(() => this.check()));
     this.input.addEventListener('input', () => {
       // What is being mended is not blamed again before it is complete, and not longer than it is wrong.
       if (this.input.hasAttribute('aria-invalid') && this.isValid()) this.check();
