@@ -131,4 +131,8 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     lacks(RIGID_BODY, Autoregressive(0.5, 2.0), &["p*r"]),
     lacks(SELKOV, Walk(2.0), &["x^2*y"]),
     lacks(HENON, Process(0.5), &["x^2"]),
+    lacks(VAN_DER_POL, Process(2.0), &["x^2*y"]),
+    lacks(DUFFING, Process(2.0), &["x^3"]),
+    lacks(LORENZ, Process(2.0), &["x*z"]),
+    lacks(LOTKA_VOLTERRA, ProcessAndWhite(2.0, 1.0), &["x*y"]),
 ];

@@ -144,6 +144,7 @@ mod tests {
             penalty: 1000_f64.ln() + 1.0,
             sigma: vec![1.0],
             colour: Vec::new(),
+            disturbance: None,
             fronts: Vec::new(),
             correlation,
             score: 0.0,

@@ -1,15 +1,15 @@
 //! The output error from the best regressions, and from shorter arcs where whole trajectories cannot be followed.
 
+use super::disturbed::{Surprises, Way, sources};
 use super::evidence::TermEvidence;
 use super::prepare::{self, Slopes};
 use super::rank::RankedModel;
 use super::regress::{self, Statistics};
 use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
 use super::screen::Screen;
-use super::{Method, Progress};
+use super::{Method, NoiseSource, Progress};
 use crate::solve::outcome::Outcome;
-use crate::solve::sign::{Sign, broken, is_constrained};
-use crate::statistics::criteria::TWENTY_TO_ONE;
+use crate::solve::sign::Sign;
 use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, Step, System};
 
 /// Starts of the output error, at most. Two that agree end the search earlier; with twice as many, systems that two
@@ -49,6 +49,10 @@ pub(super) struct FollowedModel {
     pub without_signs: Option<Vec<f64>>,
     /// The same of the fit without invariants, of all candidate terms.
     pub without_invariants: Option<Vec<f64>>,
+    /// What tests say of the prediction errors of a disturbed system.
+    pub surprises: Option<Surprises>,
+    /// Whether a disturbed system is about as likely.
+    pub is_ambiguous: bool,
 }
 
 impl FollowedModel {
@@ -59,15 +63,15 @@ impl FollowedModel {
 }
 
 /// What every search of an identification shares.
-struct Search<'s> {
-    system: &'s System,
+pub(super) struct Search<'s> {
+    pub system: &'s System,
     /// Coefficients of the models to start from, best first.
     starts: &'s [Vec<f64>],
-    pieces: &'s [Piece<'s>],
+    pub pieces: &'s [Piece<'s>],
     term_rms: &'s [f64],
     /// Candidates that the system's were chosen from.
     chosen_from: usize,
-    signs: &'s [Sign],
+    pub signs: &'s [Sign],
 }
 
 impl IdentificationRun<'_> {
@@ -151,16 +155,28 @@ impl IdentificationRun<'_> {
         search: &Search<'_>,
         progress: &mut dyn FnMut(Progress),
     ) -> Option<FollowedModel> {
+        if let Some(sources) = sources(self.settings.noise) {
+            return self.disturbed(search, sources, progress);
+        }
         let mut best = None;
         // Scores of arcs of different lengths are not comparable, so each length starts again.
         for longest in LONGEST {
-            best = self.best_of_starts(search, longest, progress);
-            let Some(best) = &mut best else { continue };
-            if self.misfit(&best.fit) <= FOLLOWS {
+            best = self.best_of_starts(search, Way::Arcs(longest), progress);
+            if let Some(best) = &best {
+                if self.misfit(&best.fit) <= FOLLOWS {
+                    break;
+                }
+                if longest == usize::MAX
+                    && let Some(model) = self.in_coloured_noise(best, search)
+                {
+                    return Some(self.likelier(model, search, progress));
+                }
+            }
+            if self.settings.noise == NoiseSource::Measurement {
                 break;
             }
             if longest == usize::MAX
-                && let Some(model) = self.in_coloured_noise(best, search)
+                && let Some(model) = self.explained(search, progress)
             {
                 return Some(model);
             }
@@ -193,61 +209,8 @@ impl IdentificationRun<'_> {
         let mut limits = self.limits(from.longest);
         limits.penalty *= from.fit.correlation;
         let start = self.start(&from.fit.coefficients, &from.fit.sigma, search);
-        output_error::search(search.system, search.pieces, &start, &limits, &mut |_| ())
-    }
-
-    /// The coefficients of the fit without signs from where the one with signs ended, if they break a sign and are more likely by
-    /// odds of 20 to 1.
-    fn without_signs(&self, found: &FollowedModel, search: &Search<'_>) -> Option<Vec<f64>> {
-        if !is_constrained(search.signs) {
-            return None;
-        }
-        let mut start = self.start(&found.fit.coefficients, &found.fit.sigma, search);
-        start.signs.clear();
-        start.colour.clone_from(&found.fit.colour);
-        let correlation = found.fit.correlation;
-        let mut limits = self.limits(found.longest);
-        limits.penalty *= correlation;
-        let pieces = search.pieces;
-        let free = output_error::search(search.system, pieces, &start, &limits, &mut |_| ())?;
-        let likelier = is_likelier(&free, &found.fit, correlation);
-        let breaks = broken(search.signs, &free.coefficients).next().is_some();
-        (likelier && breaks).then_some(free.coefficients)
-    }
-
-    /// The coefficients of the fit without invariants, of all candidate terms, if it is more likely by odds of 20 to 1: over whole
-    /// trajectories, or over the arcs that the model was found with. The residual of the fit with invariants is correlated where
-    /// these are false, so that of the fit without them counts.
-    fn without_invariants(
-        &self,
-        found: &FollowedModel,
-        search: &Search<'_>,
-        statistics: &Statistics,
-    ) -> Option<Vec<f64>> {
-        let conserved = self.conserved.as_ref()?;
-        let whole = (found.longest != usize::MAX).then_some(usize::MAX);
-        whole
-            .into_iter()
-            .chain([found.longest])
-            .find_map(|longest| {
-                let mut limits = self.limits(longest);
-                let run = |system: &System, start: &Start, limits: &output_error::Settings| {
-                    output_error::search(system, search.pieces, start, limits, &mut |_| ())
-                };
-                let start = self.start(&found.fit.coefficients, &found.fit.sigma, search);
-                let kept = match longest == found.longest {
-                    true => found.fit.clone(),
-                    false => run(search.system, &start, &limits)?,
-                };
-                let start = conserved.free_start(start, &kept, statistics);
-                let mut free = run(&conserved.free, &start, &limits)?;
-                if free.correlation > CORRELATED {
-                    limits.penalty *= free.correlation;
-                    free = run(&conserved.free, &start, &limits)?;
-                }
-                let likelier = is_likelier(&free, &kept, free.correlation);
-                likelier.then_some(free.coefficients)
-            })
+        from.way()
+            .search(search.system, search.pieces, (&start, &limits), &mut |_| ())
     }
 
     /// The fit of whole trajectories for noise that is not white, if its residual is noise of the measurement: terms are worth
@@ -314,13 +277,17 @@ impl IdentificationRun<'_> {
         output_error::independence(search.system, search.pieces, fit, &LONGEST[1..])
     }
 
-    /// The best of a few starts with different terms, over arcs of at most `longest` nodes; ends where two agree.
-    fn best_of_starts(
+    /// The best of a few starts with different terms; ends where two agree.
+    pub(super) fn best_of_starts(
         &self,
         search: &Search<'_>,
-        longest: usize,
+        way: Way,
         progress: &mut dyn FnMut(Progress),
     ) -> Option<FollowedModel> {
+        let longest = match way {
+            Way::Arcs(longest) => longest,
+            Way::Filter(_) => usize::MAX,
+        };
         let limits = self.limits(longest);
         let mut best: Option<FollowedModel> = None;
         let mut tried: Vec<Vec<bool>> = Vec::new();
@@ -340,8 +307,7 @@ impl IdentificationRun<'_> {
                     misfit: largest_share(step.sigma, &self.noise.sigma),
                 });
             };
-            let found =
-                output_error::search(search.system, search.pieces, &from, &limits, &mut report);
+            let found = way.search(search.system, search.pieces, (&from, &limits), &mut report);
             let Some(fit) = found else { continue };
             match &best {
                 Some(b) if fit.score > b.fit.score - SAME_SCORE => {
@@ -358,6 +324,8 @@ impl IdentificationRun<'_> {
                         independence: None,
                         without_signs: None,
                         without_invariants: None,
+                        surprises: None,
+                        is_ambiguous: false,
                     });
                 }
             }
@@ -365,7 +333,7 @@ impl IdentificationRun<'_> {
         best
     }
 
-    fn start(&self, coefficients: &[f64], sigma: &[f64], search: &Search<'_>) -> Start {
+    pub(super) fn start(&self, coefficients: &[f64], sigma: &[f64], search: &Search<'_>) -> Start {
         Start {
             coefficients: coefficients.to_vec(),
             sigma: sigma.to_vec(),
@@ -377,7 +345,7 @@ impl IdentificationRun<'_> {
         }
     }
 
-    fn limits(&self, longest: usize) -> output_error::Settings {
+    pub(super) fn limits(&self, longest: usize) -> output_error::Settings {
         output_error::Settings {
             growth: self.settings.growth,
             iterations: self.settings.iterations,
@@ -386,16 +354,6 @@ impl IdentificationRun<'_> {
             relevance: self.settings.relevance,
         }
     }
-}
-
-/// Whether a fit is more likely than another one by odds of 20 to 1. Correlated residuals hold the information of fewer
-/// independent ones.
-fn is_likelier(fit: &OutputErrorFit, than: &OutputErrorFit, correlation: f64) -> bool {
-    let score = |fit: &OutputErrorFit| {
-        let terms = fit.coefficients.iter().filter(|c| **c != 0.0).count() as f64;
-        (fit.score - terms * fit.penalty) / correlation + terms * fit.penalty
-    };
-    score(than) - score(fit) > TWENTY_TO_ONE
 }
 
 /// Whether a term is more likely absent than not. Where residuals are correlated, each term is worth less than it was chosen

@@ -28,7 +28,8 @@
 //! 4. refines the best by [`output_error`](crate::trajectory::output_error), which judges all candidate terms again by the
 //!    trajectory itself, from several starts until two agree;
 //! 5. accepts that model if its trajectories follow the data to within the noise, or if what they leave is noise of the
-//!    measurement by a test, of whatever colour and size; tries shorter arcs if not (the system is disturbed, or not in the
+//!    measurement by a test, of whatever colour and size; if not, fits a system with disturbances, and accepts it if its
+//!    prediction errors are noise by tests; tries shorter arcs if not (the system is disturbed otherwise, or not in the
 //!    library), and else keeps the best regression.
 //!
 //! Weights of rows (the inverse of their noise's variance, to a factor) count in regressions on slopes, in free runs and in
@@ -39,7 +40,9 @@
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
 mod conserve;
+mod contradictions;
 mod discrete;
+mod disturbed;
 mod evidence;
 mod follow;
 pub mod implicit;
@@ -67,7 +70,7 @@ mod warnings;
 
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress, ratio};
 pub use second_order::{velocity, with_velocities};
-pub use settings::{Between, Method, Score, Settings, Smoothing};
+pub use settings::{Between, Method, NoiseSource, Score, Settings, Smoothing};
 pub use stream::{Columns, PartialSums};
 
 use std::borrow::Cow;

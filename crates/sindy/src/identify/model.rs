@@ -5,7 +5,8 @@ use super::follow::FollowedModel;
 use super::neighbours;
 use super::rank::RankedModel;
 use super::regress::{FRONT_NODES, Statistics, signed_subsets};
-use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
+use super::run::IdentificationRun;
+use super::warnings::doubtful;
 use super::{Candidate, Choice, Equation, FrontPoint, Identification, ratio};
 use crate::error::SindyError;
 use crate::model::{Model, Term};
@@ -113,7 +114,15 @@ impl IdentificationRun<'_> {
                 noise: self.noise_of(i),
                 residual: (i < self.measured()).then_some(residual[i]),
                 front: fit.fronts[i].iter().map(point).collect(),
-                unit: "root mean square of the trajectories' residuals, in units of the noise",
+                unit: match fit.disturbance {
+                    None => {
+                        "root mean square of the trajectories' residuals, in units of the noise"
+                    }
+                    Some(_) => {
+                        "root mean square of the prediction errors, in units of what is expected"
+                    }
+                },
+                disturbance: fit.disturbance.as_ref().map(|d| d.process[i].sqrt()),
                 intervals: known.before(intervals(
                     &fit.coefficients[own.clone()],
                     &evidence[own.clone()],
@@ -122,7 +131,11 @@ impl IdentificationRun<'_> {
             at = own.end;
         }
         let start = &ranked[followed.start];
-        let choice = self.choice(start, "output_error", self.reason_of_fit(fit, start));
+        let method = match fit.disturbance {
+            None => "output_error",
+            Some(_) => "prediction_error",
+        };
+        let choice = self.choice(start, method, self.reason_of_fit(fit, start));
         let warnings = self.warnings_of_fit(followed);
         self.warnings.extend(warnings);
         let against = self.contradicted_by_trajectories(followed);
@@ -143,6 +156,15 @@ impl IdentificationRun<'_> {
             1 => "term leaves",
             _ => "terms leave",
         };
+        if fit.disturbance.is_some() {
+            return format!(
+                "prediction error: a system that is disturbed; over {} every other term is worth less than its penalty; \
+                 started from {} ({})",
+                count(fit.arcs, "record"),
+                start.regression.name,
+                count(fit.iterations, "step")
+            );
+        }
         format!(
             "output error: {terms} {leave} {} times the estimated noise over {} of the data; every other term is worth less \
              than its penalty; started from {} ({})",
@@ -151,76 +173,6 @@ impl IdentificationRun<'_> {
             start.regression.name,
             count(fit.iterations, "step")
         )
-    }
-
-    /// A warning for each state without terms in its equation that moves by more than the noise: no test can tell what moves it
-    /// from noise that is not white.
-    fn unmoved(&self, model: &Model, fit: &OutputErrorFit) -> Vec<String> {
-        let states = model.states().iter().zip(model.equations());
-        let left = fit.residual();
-        let left = left.iter().zip(&self.noise.tolerated);
-        let unmoved = states.zip(left).filter(|((_, equation), (left, noise))| {
-            equation.is_empty() && **left > FOLLOWS * **noise
-        });
-        unmoved
-            .map(|((state, _), (left, noise))| {
-                format!(
-                    "equation of {state} has no terms, but {state} leaves {} times the noise that neighbouring samples show: \
-                     what moves it is not in the library, or is noise that is not white",
-                    ratio(left / noise)
-                )
-            })
-            .collect()
-    }
-
-    fn warnings_of_fit(&self, followed: &FollowedModel) -> Vec<String> {
-        let FollowedModel { fit, longest, .. } = followed;
-        let misfit = self.misfit(fit);
-        let mut out = Vec::new();
-        match followed.independence {
-            // The error of the next sample is judged instead.
-            _ if self.settings.discrete => {}
-            Some(p) if followed.is_in_noise() && misfit > FOLLOWS => out.push(format!(
-                "the model leaves {} times the noise that neighbouring samples show. This residual does not follow the \
-                 model's flow (p = {p:.2}): the noise is not white or has heavy tails",
-                ratio(misfit)
-            )),
-            Some(p) if !followed.is_in_noise() => out.push(format!(
-                "the residual is small but follows the model's flow (p = {p:.2}): the system is disturbed, or is not in the \
-                 library"
-            )),
-            _ if misfit > FOLLOWS => out.push(format!(
-                "the model leaves {} times the noise: the system is disturbed, or is not in the library",
-                ratio(misfit)
-            )),
-            _ => {}
-        }
-        if fit.outcome != Outcome::Converged {
-            out.push(format!(
-                "the output error did not converge in {} steps",
-                fit.iterations
-            ));
-        }
-        if *longest != usize::MAX && !self.settings.discrete {
-            out.push(format!(
-                "trajectories are followed in {} only: the system is disturbed, or is not in the library",
-                count(fit.arcs, "short arc")
-            ));
-        }
-        let remembers = fit.colour.iter().copied().fold(0.0, f64::max);
-        if remembers > 0.0 {
-            out.push(format!(
-                "the noise of the measurement is not white: {remembers:.3} of it remains from row to row, which standard errors \
-                 and the choice of terms take into account"
-            ));
-        }
-        if fit.correlation > CORRELATED && self.noise.is_visible() {
-            out.push(format!(
-                "residuals are correlated: standard errors are widened {:.1} times",
-                fit.correlation.sqrt()
-            ));
-        }
-        out
     }
 
     pub(super) fn of_regression(
@@ -285,6 +237,7 @@ impl IdentificationRun<'_> {
                 state: self.data.states()[i].clone(),
                 noise: self.noise_of(i),
                 residual: None,
+                disturbance: None,
                 front: front(&total, &self.signs[i], fit, self.libraries[i].0.names())?,
                 unit: match self.settings.discrete {
                     true => "root mean square error of the next sample",
@@ -341,22 +294,6 @@ impl IdentificationRun<'_> {
         }))
     }
 
-    fn warnings_of_regression(&self, best: &RankedModel, model: &Model) -> Vec<String> {
-        let mut out = Vec::new();
-        if !self.settings.discrete && !(best.free_run <= FOLLOWS) {
-            out.push(format!(
-                "in free run the model leaves {} times the noise: the system is disturbed, or is not in the \
-                 library, or its inputs are not what it was driven by",
-                ratio(best.free_run)
-            ));
-        }
-        out.extend(doubtful(model));
-        if self.settings.method == super::Method::OutputError {
-            out.push("the output error could follow no trajectory; this is a regression".into());
-        }
-        out
-    }
-
     fn finish(
         self,
         model: Model,
@@ -402,25 +339,6 @@ fn front(
         chosen: s.fit.support == fit.support,
     };
     Ok(subsets.sizes.iter().map(point).collect())
-}
-
-/// A warning for each equation that has terms which are more likely absent than not.
-fn doubtful(model: &Model) -> Vec<String> {
-    let mut out = Vec::new();
-    for (state, equation) in model.states().iter().zip(model.equations()) {
-        let doubtful: Vec<String> = equation
-            .iter()
-            .filter(|t| t.inclusion.is_some_and(|p| p < 0.5))
-            .map(|t| t.expression.to_string())
-            .collect();
-        if !doubtful.is_empty() {
-            out.push(format!(
-                "equation of {state}: more likely absent than not: {}",
-                doubtful.join(", ")
-            ));
-        }
-    }
-    out
 }
 
 /// A count with its noun.

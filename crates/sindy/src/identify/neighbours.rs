@@ -20,7 +20,7 @@ use crate::model::Model;
 /// Shifts beside that of 0.
 const SHIFTS: usize = 99;
 /// Rows that are compared, about: the time grows with the square of their number.
-const ROWS: usize = 1000;
+pub(super) const ROWS: usize = 1000;
 /// Rows below which nothing is tested: shifts would hardly differ.
 const FEWEST: usize = 30;
 
@@ -52,9 +52,19 @@ pub(super) fn independence(
         }
     }
     let sizes = deviations(&errors);
-    if errors.len() < FEWEST || sizes.iter().zip(floor).all(|(size, floor)| size <= floor) {
+    if sizes.iter().zip(floor).all(|(size, floor)| size <= floor) {
         return Ok(None);
     }
+    Ok(independence_of(points, errors))
+}
+
+/// How likely errors that do not depend on the points would be as alike among neighbours as these, in the order of time; `None` where
+/// there are too few.
+pub(super) fn independence_of(mut points: Vec<Vec<f64>>, mut errors: Vec<Vec<f64>>) -> Option<f64> {
+    if errors.len() < FEWEST {
+        return None;
+    }
+    let sizes = deviations(&errors);
     scale(&mut errors, &sizes);
     let sizes = deviations(&points);
     scale(&mut points, &sizes);
@@ -71,7 +81,7 @@ pub(super) fn independence(
     let spread = |s: usize| 0.1 + 0.8 * (s as f64 * 2.0_f64.sqrt()).fract();
     let shifts = (1..=SHIFTS).map(|s| (spread(s) * n as f64) as usize);
     let as_small = shifts.filter(|&s| sum(s) <= own).count() + 1;
-    Ok(Some(as_small as f64 / (SHIFTS + 1) as f64))
+    Some(as_small as f64 / (SHIFTS + 1) as f64)
 }
 
 /// Root mean square of each column about its mean.

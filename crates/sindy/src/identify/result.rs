@@ -59,7 +59,7 @@ pub fn ratio(value: f64) -> String {
 /// The chosen method and the reason for it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
-    /// How coefficients were determined: `output_error`, `best_subset` or `sr3`.
+    /// How coefficients were determined: `output_error`, `prediction_error`, `best_subset` or `sr3`.
     pub method: String,
     /// λ of SR3, one for each equation (under invariants one for all), where it made the start or the model.
     pub lambda: Option<Vec<f64>>,
@@ -93,6 +93,8 @@ pub struct Equation {
     pub noise: f64,
     /// Root mean square of its residual, as far as trajectories were followed.
     pub residual: Option<f64>,
+    /// Standard deviation by which disturbances move the state in a unit of time, where the system is taken to be disturbed.
+    pub disturbance: Option<f64>,
     /// Terms against error, the other equations held; under invariants of all equations together, which share terms.
     pub front: Vec<FrontPoint>,
     /// Meaning and unit of the front's error.

@@ -8,7 +8,7 @@ use super::inputs;
 use super::prepare::{self, Noise, Slopes};
 use super::rank::{BETTER, RANKED, RankedModel, by_free_run};
 use super::regress::{self, Statistics};
-use super::{Identification, Method, Progress, Settings, Smoothing, warnings};
+use super::{Identification, Method, NoiseSource, Progress, Settings, Smoothing, warnings};
 use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
 use crate::identify::known::KnownPart;
@@ -154,6 +154,10 @@ impl<'a> IdentificationRun<'a> {
         ranked: &[RankedModel],
         yardstick: &[Piece<'_>],
     ) -> bool {
+        // These were tested as they were fitted, or are what was asked for.
+        if followed.fit.disturbance.is_some() || self.settings.noise == NoiseSource::Measurement {
+            return true;
+        }
         let within = self.misfit(&followed.fit) <= FOLLOWS || followed.is_in_noise();
         let follows = followed.longest == usize::MAX && within;
         if self.settings.method == Method::OutputError || (follows && !self.settings.discrete) {

@@ -69,6 +69,21 @@ impl Smoothing {
     }
 }
 
+/// Where the data's noise comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoiseSource {
+    /// Found from the data: the measurement, or disturbances and measurement where that explains what is left.
+    #[default]
+    Automatic,
+    /// The measurement alone, of any colour: whole trajectories are followed.
+    Measurement,
+    /// Disturbances of the system alone: rows are states, and the model predicts each from the one before.
+    Process,
+    /// Both: an extended Kalman filter tells them apart.
+    Both,
+}
+
 /// What inputs are between their samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -145,6 +160,9 @@ pub struct Settings {
     pub second_order: Vec<String>,
     /// How coefficients are determined.
     pub method: Method,
+    /// Where the noise comes from. In discrete time regressions minimise the error of the next sample, so that only the automatic choice
+    /// is known there.
+    pub noise: NoiseSource,
     /// Where slopes come from.
     pub smoothing: Smoothing,
     /// What regressions are compared by.
@@ -182,6 +200,7 @@ impl Default for Settings {
             conserve: Vec::new(),
             second_order: Vec::new(),
             method: Method::default(),
+            noise: NoiseSource::default(),
             smoothing: Smoothing::default(),
             score: Score::default(),
             inputs_between: Between::default(),
@@ -248,6 +267,13 @@ impl Settings {
         let order = !self.discrete || self.second_order.is_empty();
         let found = self.second_order.join(", ");
         require(order, "second_order", "none in discrete time", found)?;
+        let follows = !self.discrete && self.method != Method::Regression;
+        require(
+            self.noise == NoiseSource::Automatic || follows,
+            "noise",
+            "automatic in discrete time and for regressions alone",
+            format!("{:?}", self.noise).to_lowercase(),
+        )?;
         super::conserve::check(self)?;
         require(self.rows >= 100, "rows", "at least 100", self.rows)?;
         self.smoothing.differentiator().map(|_| ())

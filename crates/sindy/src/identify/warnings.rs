@@ -1,12 +1,20 @@
-//! Warnings about the data.
+//! Warnings about data and fits.
 
+use super::follow::FollowedModel;
 use super::known::KnownPart;
+use super::model::count;
+use super::rank::RankedModel;
+use super::ratio;
 use super::regress::Statistics;
+use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
 use crate::data::dataset::DataReport;
 use crate::data::samples::Samples;
 use crate::error::SindyError;
 use crate::library::Library;
+use crate::model::Model;
+use crate::solve::outcome::Outcome;
 use crate::statistics::gram::Gram;
+use crate::trajectory::output_error::OutputErrorFit;
 use crate::uncertainty::identifiability::examine;
 
 /// A condition of the scaled library above which collinear terms are named: intervals are ten thousand times those of
@@ -78,4 +86,133 @@ pub(super) fn weights_differ<'a>(weights: impl Iterator<Item = &'a f64>) -> Opti
             most / least
         )
     })
+}
+
+impl IdentificationRun<'_> {
+    /// A warning for each state without terms in its equation that moves by more than the noise: no test can tell what moves it
+    /// from noise that is not white.
+    pub(super) fn unmoved(&self, model: &Model, fit: &OutputErrorFit) -> Vec<String> {
+        let states = model.states().iter().zip(model.equations());
+        let left = fit.residual();
+        let left = left.iter().zip(&self.noise.tolerated);
+        if fit.disturbance.is_some() {
+            let empty = states.filter(|(_, equation)| equation.is_empty());
+            return empty
+                .map(|(state, _)| {
+                    format!(
+                        "equation of {state} has no terms: all that moves it counts as a disturbance, or is not in the library"
+                    )
+                })
+                .collect();
+        }
+        let unmoved = states.zip(left).filter(|((_, equation), (left, noise))| {
+            equation.is_empty() && **left > FOLLOWS * **noise
+        });
+        unmoved
+            .map(|((state, _), (left, noise))| {
+                format!(
+                    "equation of {state} has no terms, but {state} leaves {} times the noise that neighbouring samples show: \
+                     what moves it is not in the library, or is noise that is not white",
+                    ratio(left / noise)
+                )
+            })
+            .collect()
+    }
+
+    pub(super) fn warnings_of_fit(&self, followed: &FollowedModel) -> Vec<String> {
+        let FollowedModel { fit, longest, .. } = followed;
+        let misfit = self.misfit(fit);
+        let mut out = Vec::new();
+        match followed.independence {
+            // The error of the next sample is judged instead.
+            _ if self.settings.discrete || fit.disturbance.is_some() => {}
+            Some(p) if followed.is_in_noise() && misfit > FOLLOWS => out.push(format!(
+                "the model leaves {} times the noise that neighbouring samples show. This residual does not follow the \
+                 model's flow (p = {p:.2}): the noise is not white or has heavy tails",
+                ratio(misfit)
+            )),
+            Some(p) if !followed.is_in_noise() => out.push(format!(
+                "the residual is small but follows the model's flow (p = {p:.2}): the system is disturbed, or is not in the \
+                 library"
+            )),
+            _ if misfit > FOLLOWS => out.push(format!(
+                "the model leaves {} times the noise: the system is disturbed, or is not in the library",
+                ratio(misfit)
+            )),
+            _ => {}
+        }
+        if followed.is_ambiguous {
+            out.push(
+                "noise of the measurement and disturbances of the system are equally likely here, and give other coefficients: \
+                 the setting `noise` says which it is"
+                    .into(),
+            );
+        }
+        if let Some(surprises) = followed.surprises
+            && !surprises.are_noise()
+        {
+            out.push(surprises.warning());
+        }
+        if fit.outcome != Outcome::Converged {
+            out.push(format!(
+                "the output error did not converge in {} steps",
+                fit.iterations
+            ));
+        }
+        if *longest != usize::MAX && !self.settings.discrete {
+            out.push(format!(
+                "trajectories are followed in {} only: the system is disturbed, or is not in the library",
+                count(fit.arcs, "short arc")
+            ));
+        }
+        let remembers = fit.colour.iter().copied().fold(0.0, f64::max);
+        if remembers > 0.0 {
+            out.push(format!(
+                "the noise of the measurement is not white: {remembers:.3} of it remains from row to row, which standard errors \
+                 and the choice of terms take into account"
+            ));
+        }
+        if fit.correlation > CORRELATED && self.noise.is_visible() {
+            out.push(format!(
+                "residuals are correlated: standard errors are widened {:.1} times",
+                fit.correlation.sqrt()
+            ));
+        }
+        out
+    }
+
+    pub(super) fn warnings_of_regression(&self, best: &RankedModel, model: &Model) -> Vec<String> {
+        let mut out = Vec::new();
+        if !self.settings.discrete && !(best.free_run <= FOLLOWS) {
+            out.push(format!(
+                "in free run the model leaves {} times the noise: the system is disturbed, or is not in the \
+                 library, or its inputs are not what it was driven by",
+                ratio(best.free_run)
+            ));
+        }
+        out.extend(doubtful(model));
+        if self.settings.method == super::Method::OutputError {
+            out.push("the output error could follow no trajectory; this is a regression".into());
+        }
+        out
+    }
+}
+
+/// A warning for each equation that has terms which are more likely absent than not.
+pub(super) fn doubtful(model: &Model) -> Vec<String> {
+    let mut out = Vec::new();
+    for (state, equation) in model.states().iter().zip(model.equations()) {
+        let doubtful: Vec<String> = equation
+            .iter()
+            .filter(|t| t.inclusion.is_some_and(|p| p < 0.5))
+            .map(|t| t.expression.to_string())
+            .collect();
+        if !doubtful.is_empty() {
+            out.push(format!(
+                "equation of {state}: more likely absent than not: {}",
+                doubtful.join(", ")
+            ));
+        }
+    }
+    out
 }

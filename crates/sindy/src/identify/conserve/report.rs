@@ -172,6 +172,7 @@ impl IdentificationRun<'_> {
                 state: self.data.states()[i].clone(),
                 noise: self.noise_of(i),
                 residual: None,
+                disturbance: None,
                 front: shown.into_iter().map(point).collect(),
                 unit: UNIT,
                 intervals: intervals(&coefficients[own.clone()], &evidence[own.clone()]),

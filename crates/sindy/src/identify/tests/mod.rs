@@ -1,3 +1,4 @@
+mod disturbed;
 mod known;
 mod noise;
 mod rows;

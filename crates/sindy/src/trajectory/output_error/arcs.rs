@@ -226,16 +226,16 @@ pub(super) fn growth(m: &DMatrix<f64>, sigma: &[f64]) -> f64 {
     most
 }
 
-/// `[X | y]ᵀ [X | y]` of an arc, gathered in chunks.
-struct Sums {
+/// `[X | y]ᵀ [X | y]`, gathered in chunks.
+pub(super) struct Sums {
     columns: usize,
     chunk: DMatrix<f64>,
     filled: usize,
-    total: DMatrix<f64>,
+    pub total: DMatrix<f64>,
 }
 
 impl Sums {
-    fn new(columns: usize) -> Self {
+    pub(super) fn new(columns: usize) -> Self {
         Self {
             columns,
             chunk: DMatrix::zeros(columns + 1, CHUNK),
@@ -244,7 +244,7 @@ impl Sums {
         }
     }
 
-    fn push(&mut self, row: impl Iterator<Item = f64>, y: f64) {
+    pub(super) fn push(&mut self, row: impl Iterator<Item = f64>, y: f64) {
         let mut column = self.chunk.column_mut(self.filled);
         for (to, v) in column.iter_mut().zip(row.chain(std::iter::once(y))) {
             *to = v;
@@ -255,7 +255,7 @@ impl Sums {
         }
     }
 
-    fn flush(&mut self) {
+    pub(super) fn flush(&mut self) {
         if self.filled == 0 {
             return;
         }

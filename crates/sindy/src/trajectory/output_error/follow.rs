@@ -6,6 +6,12 @@ use super::colour::Whitener;
 use super::record::Record;
 use super::system::{Step, System, Work};
 
+/// Steps of the integrator between samples, at most. Samples that need more are too coarse for any choice of terms; half of
+/// it stops stiff systems short of [`INTEGRATION`].
+const MOST_SUBSTEPS: usize = 32;
+/// Error of the integrator from one node to the next that is accepted, in units of the noise: over a hundred nodes it adds
+/// up to at most a third of the noise.
+const INTEGRATION: f64 = 0.003;
 /// Nodes that the integrator's error is tried at, about: enough for a mean to a tenth, at a small part of a step's time.
 const TRIED: usize = 200;
 
@@ -195,9 +201,17 @@ impl Follow<'_> {
         }
     }
 
+    /// Steps of the integrator between samples, doubled from those of the cut until its error is small beside the noise.
+    pub(super) fn fine_substeps(mut self, records: &[Record]) -> usize {
+        while self.cut.substeps < MOST_SUBSTEPS && self.integration_error(records) > INTEGRATION {
+            self.cut.substeps *= 2;
+        }
+        self.cut.substeps
+    }
+
     /// Root mean square over nodes, largest over states: how far half the step takes the simulation from node
     /// to node elsewhere, in units of the noise.
-    pub(super) fn integration_error(&self, records: &[Record]) -> f64 {
+    fn integration_error(&self, records: &[Record]) -> f64 {
         let (mut work, mut step) = (self.system.work(self.coefficients), self.system.blank());
         let mut squares = vec![0.0; self.system.n];
         let mut count = 0usize;

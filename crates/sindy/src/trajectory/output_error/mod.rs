@@ -30,7 +30,9 @@
 //! spaces", Biometrika 95 (2008).
 
 mod arcs;
+mod choice;
 mod colour;
+pub(crate) mod disturbed;
 mod follow;
 mod noise;
 mod record;
@@ -40,6 +42,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
+pub use disturbed::{Disturbance, Sources};
 use follow::{ArcSettings, Follow};
 pub(crate) use noise::{Trace, colour_of, independence, is_white};
 use record::Record;
@@ -161,6 +164,9 @@ pub struct OutputErrorFit {
     pub sigma: Vec<f64>,
     /// The `colour` of [`Start`].
     pub colour: Vec<f64>,
+    /// What acts on the system, where the fit is that of a disturbed one ([`disturbed`]): `sigma` is then the noise of the
+    /// measurement, and `correlation` that of the innovations.
+    pub disturbance: Option<Disturbance>,
     /// For each equation, the best terms of every number up to some more than were kept.
     pub fronts: Vec<Vec<Alternative>>,
     /// `1 + 2 Σ ρ_k` of the residuals, the largest over states; 1 for independent ones.

@@ -301,6 +301,7 @@ mod tests {
             penalty: 0.0,
             sigma: vec![1.0, 2.0],
             colour: Vec::new(),
+            disturbance: None,
             fronts: Vec::new(),
             correlation: 1.0,
             score: 0.0,

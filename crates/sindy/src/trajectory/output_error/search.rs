@@ -3,21 +3,15 @@
 use nalgebra::DVector;
 
 use super::arcs::{Normal, linearise};
+use super::choice::{Chosen, Linearised};
 use super::colour::whitened;
 use super::follow::{ArcSettings, Follow};
 use super::noise::Trace;
 use super::record::Record;
-use super::select::Search;
 use super::system::System;
 use super::{OutputErrorFit, Piece, Settings, Start, Step};
 use crate::solve::outcome::Outcome;
 
-/// Steps of the integrator between samples, at most. Samples that need more are too coarse for any choice of terms; half of
-/// it stops stiff systems short of [`INTEGRATION`].
-const MOST_SUBSTEPS: usize = 32;
-/// Error of the integrator from one node to the next that is accepted, in units of the noise: over a hundred nodes it adds
-/// up to at most a third of the noise.
-const INTEGRATION: f64 = 0.003;
 /// Nodes of the first arcs: short enough that a regression's model follows them, long enough to distinguish terms.
 const FIRST_ARC: usize = 4;
 /// By how much longer the next arcs are. Twofold growth takes twice as many stages to the same end.
@@ -25,18 +19,16 @@ const ARC_GROWTH: usize = 4;
 /// Steps at one length of arcs, at most, but for the last. Intermediate lengths need no convergence.
 const PATIENCE: usize = 6;
 /// Change of a coefficient, in standard errors, below which a length of arcs is settled.
-const SETTLED: f64 = 0.1;
+pub(super) const SETTLED: f64 = 0.1;
 /// Change of a coefficient, in standard errors, below which the search is done: a tenth of what two printed digits of a
 /// standard error show. Half of it takes a step more.
-const DONE: f64 = 0.01;
-/// Rounds of the iteration between the penalty of a term and the variance of the residuals, which depend on each other.
-const PENALTY_ROUNDS: usize = 4;
+pub(super) const DONE: f64 = 0.01;
 /// Weight of a defect against a residual when a step is judged: steps that close defects at the cost of residuals pass.
 const DEFECT: f64 = 10.0;
 /// A step may raise the sum of squares by this factor: closing defects costs.
-const WORSE: f64 = 1.5;
+pub(super) const WORSE: f64 = 1.5;
 /// Steps shorter than this share of the whole are made whatever they do: after six halvings of the step.
-const SHORTEST: f64 = 0.02;
+pub(super) const SHORTEST: f64 = 0.02;
 /// Standard deviations of a white autocorrelation, `1/√rows`, within which it counts as zero.
 const SCATTERS: f64 = 2.0;
 /// Lags of the autocorrelation are summed up to this share of the rows: longer ones have too few products.
@@ -54,16 +46,10 @@ struct State<'a> {
 
 /// The result of a step.
 struct StepResult {
-    search: Search,
-    /// Mean square of the residuals, in units of the noise.
-    variance: f64,
-    /// The penalty of a term, in units of `variance`.
-    unit: f64,
+    chosen: Chosen,
     arcs: usize,
     values: usize,
-    /// Whether the support stayed, the largest change in standard errors, the share of the step that was made.
-    same: bool,
-    moved: f64,
+    /// The share of the step that was made.
     part: f64,
 }
 
@@ -106,8 +92,8 @@ pub fn search(
             terms: state.xi.iter().filter(|c| **c != 0.0).count(),
             sigma: &state.sigma,
         });
-        let settled = taken.same && taken.moved < SETTLED && taken.part == 1.0;
-        let done = settled && taken.moved < DONE;
+        let settled = taken.chosen.same && taken.chosen.moved < SETTLED && taken.part == 1.0;
+        let done = settled && taken.chosen.moved < DONE;
         last = Some(taken);
         if state.cut.longest >= nodes {
             if done && !state.refine_steps() {
@@ -138,11 +124,7 @@ impl State<'_> {
     /// Halves the integrator's steps until its error is small beside the noise; whether there was need to.
     fn refine_steps(&mut self) -> bool {
         let before = self.cut.substeps;
-        while self.cut.substeps < MOST_SUBSTEPS
-            && self.follow().integration_error(&self.records) > INTEGRATION
-        {
-            self.cut.substeps *= 2;
-        }
+        self.cut.substeps = self.follow().fine_substeps(&self.records);
         self.cut.substeps > before
     }
 
@@ -155,46 +137,19 @@ impl State<'_> {
         anew: bool,
         start: &Start,
     ) -> Option<StepResult> {
-        let penalty = settings.penalty;
-        let (n, p) = (self.system.n, self.system.size());
         let measured = self.system.measured;
-        let support: Vec<bool> = self.xi.iter().map(|c| *c != 0.0).collect();
         let values = normal.rows * measured;
-        let unit = (values as f64).ln() + 2.0 * (start.chosen_from as f64).ln();
-        let free = (normal.arcs() * n) as f64;
-        let mut search =
-            Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi).with_signs(&start.signs);
-        let mut variance = 0.0;
-        // The penalty and the residual depend on each other.
-        for _ in 0..PENALTY_ROUNDS {
-            let terms = search.support.iter().filter(|s| **s).count() as f64;
-            // Less than one only where the noise is at its floor, which is all that is believed.
-            variance = (search.residual() / (values as f64 - free - terms).max(1.0)).max(1.0);
-            search.descend(penalty * unit * variance);
-        }
-        if anew || search.support != support {
-            search.exact(groups, penalty * unit * variance, values);
-        }
-        for j in irrelevant(
-            &search.coefficients(),
-            &start.term_rms,
-            groups,
-            settings.relevance,
-        ) {
-            search.toggle(j);
-        }
-        search.keep_signs();
-        let change = search.coefficients() - &self.xi;
-        let moved = (0..p)
-            .filter(|&j| search.support[j])
-            .map(|j| change[j].abs() / (search.variance(j) * variance).sqrt())
-            .fold(0.0, f64::max);
-        let part = self.move_by(normal, &change, values as f64)?;
+        let linearised = Linearised {
+            xtx: &normal.xtx,
+            xty: &normal.xty,
+            yty: normal.yty,
+            values,
+            free: (normal.arcs() * self.system.n) as f64,
+        };
+        let chosen = linearised.choose(&self.xi, groups, (settings, start), anew);
+        let part = self.move_by(normal, &chosen.change, values as f64)?;
         if part == 1.0 {
-            // Exactly zero, not a rounding error of it, outside the support.
-            for (c, kept) in self.xi.iter_mut().zip(&search.support) {
-                *c = if *kept { *c } else { 0.0 };
-            }
+            chosen.clear(&mut self.xi);
             let (misfit, _) = self.follow().judge(&self.records, normal.cuts())?;
             let all = self.sigma.iter_mut().zip(&misfit).zip(&start.floor);
             for ((s, m), floor) in all.take(measured) {
@@ -202,13 +157,9 @@ impl State<'_> {
             }
         }
         Some(StepResult {
-            same: search.support == support,
-            search,
-            variance,
-            unit,
+            chosen,
             arcs: normal.arcs(),
             values,
-            moved,
             part,
         })
     }
@@ -247,37 +198,27 @@ impl State<'_> {
         groups: &[Vec<usize>],
         (iterations, outcome): (usize, Outcome),
     ) -> OutputErrorFit {
-        let p = self.system.size();
         let measured = self.system.measured;
         let rows = last.values as f64 / measured as f64;
         let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
         let starts = (last.arcs * self.system.n) as f64 * (last.values as f64).ln();
         let noise: f64 = self.sigma[..measured].iter().map(|s| 2.0 * s.ln()).sum();
-        // A last step that was made in part leaves terms that it would have dropped: nothing is known of them.
-        let std_error = |j: usize| match (last.search.support[j], self.xi[j] != 0.0) {
-            (true, _) => (last.search.variance(j) * last.variance).sqrt(),
-            (false, true) => f64::INFINITY,
-            (false, false) => 0.0,
-        };
+        let chosen = &last.chosen;
         OutputErrorFit {
             coefficients: self.xi.iter().copied().collect(),
-            std_errors: (0..p).map(std_error).collect(),
-            covariance: last.search.covariance() * last.variance,
-            evidence: (0..p)
-                .map(|j| last.search.change(j) / last.variance - last.unit)
-                .collect(),
-            penalty: last.unit,
-            fronts: groups
-                .iter()
-                .map(|members| last.search.front(members, last.values))
-                .collect(),
+            std_errors: chosen.std_errors(&self.xi),
+            covariance: chosen.covariance(),
+            evidence: chosen.evidence(),
+            penalty: chosen.penalty(),
+            fronts: chosen.fronts(groups),
             correlation: correlation(&whitened(
                 &self.follow().residuals(&self.records),
                 &self.colour,
             )),
-            score: rows * noise + terms * last.unit + starts,
+            score: rows * noise + terms * chosen.penalty() + starts,
             sigma: self.sigma.clone(),
             colour: self.colour.clone(),
+            disturbance: None,
             arcs: last.arcs,
             values: last.values,
             iterations,
@@ -312,7 +253,7 @@ pub(crate) fn irrelevant(
 }
 
 /// `1 + 2 Σ_k ρ_k` up to the first autocorrelation that is within its scatter of zero.
-fn correlation(series: &[Vec<Vec<f64>>]) -> f64 {
+pub(super) fn correlation(series: &[Vec<Vec<f64>>]) -> f64 {
     let states = series.first().map_or(0, Vec::len);
     let mut worst: f64 = 1.0;
     for i in 0..states {

@@ -1,0 +1,170 @@
+//! Systems that are disturbed: whether disturbances explain what trajectories leave.
+//!
+//! A missing term looks like a disturbance to the filter, which follows it with a larger gain. Two things tell them apart. What a
+//! filter with the right variances has not predicted is white, at all lags. And a missing term depends on the state, so that rows that are
+//! neighbours there are wrong alike, in one step or in the sum of several.
+
+use super::follow::{FollowedModel, Search};
+use super::neighbours;
+use super::run::IdentificationRun;
+use super::{NoiseSource, Progress};
+use crate::statistics::criteria::TWENTY_TO_ONE;
+use crate::trajectory::output_error::disturbed::{self, Innovations};
+use crate::trajectory::output_error::{
+    self, OutputErrorFit, Piece, Settings, Sources, Start, Step, System,
+};
+
+/// Level of each test: of truly disturbed systems one in twenty is refused by all together, and goes on as one whose noise is not
+/// explained.
+const LEVEL: f64 = 0.01;
+/// Rows whose prediction errors are summed and compared among neighbours: what a missing term does in one step hides in the noise,
+/// and adds up.
+const SUMMED: [usize; 3] = [1, 8, 32];
+
+/// How a model is compared with data.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Way {
+    /// Along arcs of at most this number of nodes.
+    Arcs(usize),
+    /// Row by row, by a filter.
+    Filter(Sources),
+}
+
+impl Way {
+    /// The search for terms and coefficients.
+    pub(super) fn search(
+        self,
+        system: &System,
+        pieces: &[Piece<'_>],
+        (start, limits): (&Start, &Settings),
+        progress: &mut dyn FnMut(Step<'_>),
+    ) -> Option<OutputErrorFit> {
+        match self {
+            Self::Arcs(_) => output_error::search(system, pieces, start, limits, progress),
+            Self::Filter(sources) => {
+                disturbed::search(system, pieces, (start, sources), limits, progress)
+            }
+        }
+    }
+}
+
+/// What is estimated where the source of the noise is given; nothing where it is the measurement, or is to be found.
+pub(super) fn sources(noise: NoiseSource) -> Option<Sources> {
+    match noise {
+        NoiseSource::Automatic | NoiseSource::Measurement => None,
+        NoiseSource::Process => Some(Sources::Process),
+        NoiseSource::Both => Some(Sources::Both),
+    }
+}
+
+/// What tests say of prediction errors.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surprises {
+    /// Whether neighbouring rows are not correlated.
+    pub white: bool,
+    /// The least probability that errors which do not depend on the state would be as alike among neighbours as these.
+    pub alike: f64,
+}
+
+impl Surprises {
+    /// Whether they are noise.
+    pub(super) fn are_noise(self) -> bool {
+        self.white && self.alike > LEVEL
+    }
+
+    /// Why they are not.
+    pub(super) fn warning(self) -> String {
+        let why = match self.white {
+            false => {
+                "errors of the next row are correlated with those of the row before".to_owned()
+            }
+            true => format!(
+                "rows that are neighbours have prediction errors that are alike (p = {:.2})",
+                self.alike
+            ),
+        };
+        format!("{why}: the system is not disturbed by white noise, or is not in the library")
+    }
+}
+
+impl FollowedModel {
+    /// How it was compared with data.
+    pub(super) fn way(&self) -> Way {
+        let Some(disturbance) = &self.fit.disturbance else {
+            return Way::Arcs(self.longest);
+        };
+        Way::Filter(disturbance.sources)
+    }
+}
+
+impl IdentificationRun<'_> {
+    /// The best model of a disturbed system, with what tests say of it.
+    pub(super) fn disturbed(
+        &self,
+        search: &Search<'_>,
+        sources: Sources,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Option<FollowedModel> {
+        let mut found = self.best_of_starts(search, Way::Filter(sources), progress)?;
+        let innovations = disturbed::innovations(search.system, search.pieces, &found.fit)?;
+        found.surprises = Some(Surprises {
+            white: innovations.white,
+            alike: alike(&innovations),
+        });
+        Some(found)
+    }
+
+    /// The same where disturbances explain what the model leaves.
+    pub(super) fn explained(
+        &self,
+        search: &Search<'_>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Option<FollowedModel> {
+        if self.settings.discrete {
+            return None;
+        }
+        let found = self.disturbed(search, Sources::Both, progress)?;
+        let explained = found.surprises.is_some_and(Surprises::are_noise);
+        explained.then_some(found)
+    }
+
+    /// The model in noise of the measurement, or that of a disturbed system where it is more likely by odds of 20 to 1. Only of one
+    /// state is this asked: there the test that has accepted the first compares nothing.
+    pub(super) fn likelier(
+        &self,
+        mut model: FollowedModel,
+        search: &Search<'_>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> FollowedModel {
+        if self.data.states().len() > 1 || self.settings.noise != NoiseSource::Automatic {
+            return model;
+        }
+        let Some(other) = self.explained(search, progress) else {
+            return model;
+        };
+        let gain = model.fit.score - other.fit.score;
+        if gain > TWENTY_TO_ONE {
+            return other;
+        }
+        model.is_ambiguous = gain > -TWENTY_TO_ONE;
+        model
+    }
+}
+
+/// The least probability over all lengths of sums.
+fn alike(innovations: &Innovations) -> f64 {
+    let rows = innovations.errors.len();
+    let p = SUMMED.iter().filter_map(|&length| {
+        let step = length.max(rows.div_ceil(neighbours::ROWS));
+        let points = innovations.points.iter().step_by(step).cloned();
+        let sums = innovations.errors.chunks(step).map(|chunk| {
+            let mut sum = vec![0.0; chunk[0].len()];
+            for row in &chunk[..length.min(chunk.len())] {
+                sum.iter_mut().zip(row).for_each(|(sum, e)| *sum += e);
+            }
+            sum
+        });
+        neighbours::independence_of(points.collect(), sums.collect())
+    });
+    p.fold(1.0, f64::min)
+}

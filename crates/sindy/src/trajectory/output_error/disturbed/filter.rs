@@ -1,0 +1,192 @@
+//! The extended Kalman filter along a record, with the derivatives of its innovations by the coefficients.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Disturbance;
+use crate::trajectory::output_error::arcs::Sums;
+use crate::trajectory::output_error::follow::{Follow, Sensitivity};
+use crate::trajectory::output_error::record::Record;
+
+/// A model and the variances that its filter believes.
+pub(super) struct Filter<'a> {
+    pub follow: Follow<'a>,
+    pub noise: &'a Disturbance,
+}
+
+/// A step from one row to the next as the filter has linearised it: from `from` to `to`, with derivatives `transition`.
+pub(super) struct Linear {
+    pub from: DVector<f64>,
+    pub to: DVector<f64>,
+    pub transition: DMatrix<f64>,
+    pub period: f64,
+}
+
+/// One record as the filter has seen it.
+pub(super) struct Pass {
+    /// `[X | y]ᵀ [X | y]` of the innovations y and their derivatives by all candidates, mapped to unit covariance.
+    pub sums: Sums,
+    /// Sum of the logarithms of the determinants of that covariance.
+    pub log_determinant: f64,
+    /// By measured state and row compared: innovations mapped to unit covariance.
+    pub innovations: Vec<Vec<f64>>,
+    /// By row compared: state and inputs before it.
+    pub points: Vec<Vec<f64>>,
+    /// By row from the second on.
+    pub steps: Vec<Linear>,
+}
+
+/// Mean and covariance of the state.
+pub(super) struct Belief {
+    pub mean: DVector<f64>,
+    pub covariance: DMatrix<f64>,
+}
+
+/// What a row adds.
+pub(super) struct Update {
+    /// Innovations mapped to unit covariance.
+    pub innovation: DVector<f64>,
+    pub log_determinant: f64,
+    /// The lower triangular root of the innovations' covariance.
+    root: DMatrix<f64>,
+    gain: DMatrix<f64>,
+}
+
+impl Belief {
+    /// At a record's first row: measured states as they are measured, others anywhere in the range of the record.
+    pub(super) fn first(record: &Record, noise: &Disturbance) -> Self {
+        let measured = noise.measurement.len();
+        let mut mean = DVector::from_column_slice(&record.nodes[0]);
+        let mut variance = DVector::zeros(mean.len());
+        for i in 0..mean.len() {
+            if i >= measured {
+                variance[i] = spread(record.nodes.iter().map(|node| node[i]));
+            } else {
+                variance[i] = noise.measurement[i];
+                if record.root_weight(0) > 0.0 {
+                    mean[i] = record.states[i][0];
+                }
+            }
+        }
+        Self {
+            mean,
+            covariance: DMatrix::from_diagonal(&variance),
+        }
+    }
+
+    /// Over a step, to a mean.
+    pub(super) fn predict(&mut self, mean: DVector<f64>, step: &Linear, noise: &Disturbance) {
+        self.mean = mean;
+        self.covariance = &step.transition * &self.covariance * step.transition.transpose();
+        for (i, process) in noise.process.iter().enumerate() {
+            self.covariance[(i, i)] += process * step.period;
+        }
+    }
+
+    /// By a row; `None` where its covariance is not positive.
+    pub(super) fn update(
+        &mut self,
+        record: &Record,
+        row: usize,
+        noise: &Disturbance,
+    ) -> Option<Update> {
+        let (n, measured) = (self.mean.len(), noise.measurement.len());
+        let weight = record.root_weight(row).powi(2);
+        let mut s = self
+            .covariance
+            .view((0, 0), (measured, measured))
+            .into_owned();
+        for (i, variance) in noise.measurement.iter().enumerate() {
+            s[(i, i)] += variance / weight;
+        }
+        let cholesky = s.cholesky()?;
+        let root = cholesky.l();
+        let nu = DVector::from_fn(measured, |i, _| record.states[i][row] - self.mean[i]);
+        let seen = self.covariance.view((0, 0), (measured, n)).into_owned();
+        let gain = cholesky.solve(&seen).transpose();
+        self.mean += &gain * &nu;
+        self.covariance -= &gain * &seen;
+        // The difference of symmetric matrices, but for rounding.
+        self.covariance = (&self.covariance + self.covariance.transpose()) * 0.5;
+        Some(Update {
+            innovation: root.solve_lower_triangular(&nu)?,
+            log_determinant: (0..measured).map(|i| 2.0 * root[(i, i)].ln()).sum(),
+            root,
+            gain,
+        })
+    }
+}
+
+impl Filter<'_> {
+    /// Runs the filter along a record; `None` where it leaves the finite numbers.
+    pub(super) fn run(&self, record: &Record) -> Option<Pass> {
+        let system = self.follow.system;
+        let (n, p, measured) = (system.n, system.size(), system.measured);
+        let rows = record.time.len();
+        let mut pass = Pass {
+            sums: Sums::new(p),
+            log_determinant: 0.0,
+            innovations: vec![Vec::with_capacity(rows); measured],
+            points: Vec::with_capacity(rows),
+            steps: Vec::with_capacity(rows),
+        };
+        let (mut work, mut step) = (system.work(self.follow.coefficients), system.blank());
+        let mut belief = Belief::first(record, self.noise);
+        // Derivatives of the mean by the coefficients.
+        let mut by = DMatrix::zeros(n, p);
+        for row in 1..rows {
+            let mut along = Sensitivity::start(n, p);
+            let from = belief.mean.clone();
+            let mut x: Vec<f64> = from.iter().copied().collect();
+            let substeps = self.follow.cut.substeps;
+            let scratch = (&mut work, &mut step);
+            self.follow
+                .advance(record, row - 1, substeps, &mut x, scratch, Some(&mut along));
+            let finite = x.iter().chain(along.m.iter()).all(|v| v.is_finite());
+            if !finite {
+                return None;
+            }
+            let linear = Linear {
+                to: DVector::from_vec(x),
+                transition: along.m.columns(0, n).into_owned(),
+                period: record.time[row] - record.time[row - 1],
+                from,
+            };
+            by = &linear.transition * by + along.m.columns(n, p);
+            belief.predict(linear.to.clone(), &linear, self.noise);
+            if record.root_weight(row) > 0.0 {
+                let update = belief.update(record, row, self.noise)?;
+                pass.add(&update, &by, measured)?;
+                let inputs = record.inputs_at(row - 1, 0.0);
+                pass.points
+                    .push(linear.from.iter().copied().chain(inputs).collect());
+                by -= &update.gain * by.rows(0, measured);
+            }
+            pass.steps.push(linear);
+        }
+        pass.sums.flush();
+        Some(pass)
+    }
+}
+
+impl Pass {
+    /// Adds a row whose prediction has these derivatives by the coefficients.
+    fn add(&mut self, update: &Update, by: &DMatrix<f64>, measured: usize) -> Option<()> {
+        let z = &update.innovation;
+        let x = update
+            .root
+            .solve_lower_triangular(&by.rows(0, measured).into_owned())?;
+        self.log_determinant += update.log_determinant;
+        for (i, (series, z)) in self.innovations.iter_mut().zip(z.iter()).enumerate() {
+            series.push(*z);
+            self.sums.push(x.row(i).iter().copied(), *z);
+        }
+        Some(())
+    }
+}
+
+/// Variance of values about their mean.
+pub(super) fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    values.map(|v| (v - mean).powi(2)).sum::<f64>() / n
+}
