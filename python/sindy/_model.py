@@ -85,7 +85,8 @@ class SINDy(Estimator):
         cos(x)``. A warning tells where the data contradict them. Of the automatic call only, in continuous time, and not beside
         ``known`` or ``signs``.
     settings : dict, optional
-        Further settings of the automatic call: those of ``sindy settings``, section ``identify``.
+        Further settings of the automatic call: those of ``sindy settings``, section ``identify``, such as ``{"noise": "both"}`` for a
+        system that is disturbed.
     n_jobs : int, optional
         Threads; as many as processors without a number. Results do not depend on it, to the bit.
 
@@ -98,7 +99,7 @@ class SINDy(Estimator):
     feature_names_in_, input_names_ : ndarray of str
         Names of states and inputs.
     equations_ : list
-        Of the automatic call: noise, residual, confidence intervals and the front of terms against error of each state. Of
+        Of the automatic call: noise, residual, disturbance of a disturbed system, confidence intervals and the front of terms against error of each state. Of
         a solver: its outcome.
     choice_ : SimpleNamespace
         What was chosen, and its `reason`.

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+
+use sindy::identify::NoiseSource;
 
 use super::stream::Shard;
 use crate::error::{Error, Result};
@@ -89,6 +91,13 @@ pub(crate) struct FitArgs {
         conflicts_with_all = ["stream", "discrete", "past"]
     )]
     pub(crate) second_order: Vec<String>,
+    /// Where noise comes from: the measurement, disturbances of the system, both [default: found from the data]
+    ///
+    /// Noise of the measurement leaves the system alone: whole trajectories are followed. A disturbance stays in the state. With
+    /// `process` rows count as states and each is predicted from the one before, with `both` a filter tells the two apart. The sizes of
+    /// disturbances and noise are estimated with the equations.
+    #[arg(long, value_name = "SOURCE", conflicts_with_all = ["stream", "discrete"])]
+    pub(crate) noise: Option<Noise>,
     /// Find a map from each sample to the next one, instead of rates of change
     #[arg(long)]
     pub(crate) discrete: bool,
@@ -123,6 +132,27 @@ pub(crate) struct FitArgs {
     pub(crate) figure: Option<PathBuf>,
 }
 
+/// Where noise comes from.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
+pub(crate) enum Noise {
+    /// The measurement alone, white or not
+    Measurement,
+    /// Disturbances of the system alone
+    Process,
+    /// Both
+    Both,
+}
+
+impl From<Noise> for NoiseSource {
+    fn from(noise: Noise) -> Self {
+        match noise {
+            Noise::Measurement => Self::Measurement,
+            Noise::Process => Self::Process,
+            Noise::Both => Self::Both,
+        }
+    }
+}
+
 /// All states, where `--second-order` stands alone; no column can have this name.
 const ALL: &str = "(all)";
 
@@ -135,6 +165,7 @@ Examples:
   sindy fit cart.csv --states x,v --inputs u --known \"x' = v\"
   sindy fit swing.csv --states q --second-order --sign \"q'': q_dot < 0\"
   sindy fit swing.csv --states x,v --library 'poly(2) + sin(x)' --conserve 'v^2/2 - cos(x)'
+  sindy fit gusts.csv --states x,v --noise both
   sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'
   sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream

@@ -61,6 +61,9 @@ pub(crate) struct Front {
     pub(crate) noise: f64,
     /// Root mean square of what the model leaves of the state, where it followed the trajectories.
     pub(crate) residual: Option<f64>,
+    /// Standard deviation by which disturbances move the state in a unit of time, where the system is taken to be disturbed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) disturbance: Option<f64>,
     pub(crate) points: Vec<FrontPoint>,
 }
 
@@ -95,6 +98,7 @@ impl Front {
             unit: equation.unit,
             noise: equation.noise,
             residual: equation.residual,
+            disturbance: equation.disturbance,
             points: equation.front.iter().map(FrontPoint::of).collect(),
         }
     }

@@ -47,6 +47,9 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
         .identify
         .conserve
         .extend(args.conserve.iter().cloned());
+    if let Some(noise) = args.noise {
+        settings.identify.noise = noise.into();
+    }
     let positions = args.positions();
     if !positions.is_empty() {
         settings.identify.second_order = positions;

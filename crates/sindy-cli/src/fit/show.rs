@@ -18,6 +18,7 @@ pub(super) fn text(model: &Model, object: &FitObject) -> String {
     let mut out = format!("{model:.5}\n");
     out.push_str(&past::words(model));
     out.push_str(&coefficients(&object.equations));
+    out.push_str(&disturbances(&object.front));
     out.push_str(&front(&object.front));
     let choice = &object.choice;
     let _ = write!(out, "\nchoice    {}", wrapped(&choice.reason));
@@ -112,6 +113,27 @@ fn coefficient(state: &str, term: &TermObject) -> Vec<String> {
         maybe(term.interval.map(|i| i[1])),
         term.inclusion.map_or("-".to_owned(), |p| format!("{p:.2}")),
     ]
+}
+
+/// Sizes of disturbances and of noise, where the system is taken to be disturbed.
+fn disturbances(fronts: &Named<Front>) -> String {
+    let rows: Vec<Vec<String>> = fronts
+        .iter()
+        .filter_map(|(state, front)| {
+            let noise = front.residual.map_or("-".to_owned(), |r| significant(r, 3));
+            let size = significant(front.disturbance?, 3);
+            Some(vec![state.to_owned(), size, noise])
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head = [
+        "state",
+        "disturbance in a unit of time",
+        "noise of the measurement",
+    ];
+    format!("\nstandard deviations\n{}", table(&head, &rows, &[0]))
 }
 
 /// Terms against error, the chosen row marked; sizes far from any choice are left out.

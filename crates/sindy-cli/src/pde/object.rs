@@ -98,6 +98,7 @@ fn front(fit: &FieldQuality) -> Front {
         unit: "residual over the left side, root mean squares under the windows",
         noise: fit.noise,
         residual: Some(fit.residual),
+        disturbance: None,
         points: fit.front.iter().map(FrontPoint::of).collect(),
     }
 }

@@ -50,7 +50,7 @@ mod window;
 
 #[cfg(doc)]
 use super::Settings;
-use super::{Identification, Identify, Method, Progress};
+use super::{Identification, Identify, Method, NoiseSource, Progress};
 use crate::data::dataset::Dataset;
 use crate::data::samples::{BlockSource, position};
 use crate::error::{SindyError, require};
@@ -154,6 +154,12 @@ impl Identify {
             "method",
             "automatic or regression (rows that are passed over once cannot be followed again)",
             "output_error",
+        )?;
+        require(
+            self.settings.noise == NoiseSource::Automatic,
+            "noise",
+            "automatic in a stream",
+            format!("{:?}", self.settings.noise).to_lowercase(),
         )?;
         for (key, texts) in [
             ("known", &self.settings.known),
