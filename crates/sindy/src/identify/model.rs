@@ -119,7 +119,7 @@ impl IdentificationRun<'_> {
                         "root mean square of the trajectories' residuals, in units of the noise"
                     }
                     Some(_) => {
-                        "root mean square of the prediction errors, in units of what is expected"
+                        "root mean square of the prediction errors, in units of their expected size"
                     }
                 },
                 disturbance: fit.disturbance.as_ref().map(|d| d.process[i].sqrt()),

@@ -73,7 +73,7 @@ impl Smoothing {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoiseSource {
-    /// Found from the data: the measurement, or disturbances and measurement where that explains what is left.
+    /// Found from the data: the measurement, or disturbances beside it where trajectories cannot be followed.
     #[default]
     Automatic,
     /// The measurement alone, of any colour: whole trajectories are followed.
