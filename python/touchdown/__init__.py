@@ -15,6 +15,7 @@ from ._campaign import Campaign, campaign, campaign_status
 from ._card import Card
 from ._land import Landings, land
 from ._space import Landing, Space
+from ._table import Table
 from ._trial import Trial, read
 from ._validate import FreeRun, FreeRuns, validate
 
@@ -29,6 +30,7 @@ __all__ = [
     "SindyError",
     "SindyWarning",
     "Space",
+    "Table",
     "Trial",
     "__version__",
     "campaign",
