@@ -249,6 +249,16 @@ def land_vertically(
     traces: int,
     jobs: int | None,
 ) -> VerticalLandings: ...
+def reproduce(
+    file: str | None,
+    json: str | None,
+    out: str,
+    quick: bool,
+    trials: int | None,
+    seed: int | None,
+    jobs: int | None,
+    look: Callable[[str, int, int], object] | None,
+) -> None: ...
 
 @final
 class Space:

@@ -14,6 +14,7 @@ from . import dist, identify
 from ._campaign import Campaign, campaign, campaign_status
 from ._card import Card
 from ._land import Landings, land
+from ._reproduce import Reproduction, reproduce
 from ._space import Landing, Space
 from ._table import Table
 from ._trial import Trial, read
@@ -27,6 +28,7 @@ __all__ = [
     "InternalError",
     "Landing",
     "Landings",
+    "Reproduction",
     "SindyError",
     "SindyWarning",
     "Space",
@@ -39,5 +41,6 @@ __all__ = [
     "identify",
     "land",
     "read",
+    "reproduce",
     "validate",
 ]

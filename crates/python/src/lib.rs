@@ -16,7 +16,7 @@
 //! | `gram` | the statistics of rows: accumulated, merged, pickled, solved |
 //! | `partial` | partial sums of the automatic call: added file by file, merged, pickled, ended |
 //! | `model` | models: predict, simulate, write |
-//! | `touchdown` | trials, identification, model cards, landings, campaigns |
+//! | `touchdown` | trials, identification, model cards, landings, campaigns, the paper's experiments |
 
 #![expect(
     clippy::needless_pass_by_value,
@@ -67,6 +67,8 @@ mod _native {
     use crate::touchdown::identify::{identify_ground_effect, identify_thrust};
     #[pymodule_export]
     use crate::touchdown::land::{SpaceLandings, land_in_space};
+    #[pymodule_export]
+    use crate::touchdown::reproduce::reproduce;
     #[pymodule_export]
     use crate::touchdown::space::Space;
     #[pymodule_export]
