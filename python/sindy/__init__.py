@@ -25,9 +25,10 @@ from ._errors import InternalError, SindyError, SindyWarning
 from ._field import PDE
 from ._gram import Gram
 from ._library import Library
-from ._model import Run, SINDy
+from ._model import SINDy
 from ._native import __version__
 from ._partial import PartialSums
+from ._run import Run
 from ._solvers import SR3, STLSQ, BestSubset, Solver, Stepwise
 from ._subsets import Certificate, Subset, Subsets
 from ._weak import WeakForm, WeakSystem

@@ -4,55 +4,29 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from numbers import Integral
 from types import SimpleNamespace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from . import _export, _native, _settings
+from . import _native, _settings
 from ._data import Array, Data, Given, collect, floats, is_many, matrix, table
 from ._derivative import Differentiator, describe
 from ._errors import SindyError, SindyWarning, fault
 from ._library import Library, libraries
+from ._run import Run
 from ._sklearn import Estimator
 from ._solvers import Solver, default, dumps, threads
 from ._weak import WeakForm
+from ._written import Written
 
 Method = Literal["automatic", "output_error", "regression"]
 Self = TypeVar("Self", bound="SINDy")
 
 
-@dataclass
-class Run:
-    """A simulation.
-
-    Attributes
-    ----------
-    t : ndarray
-        The times that were reached.
-    x : ndarray
-        The states there, one row for each time.
-    outcome : str
-        ``finished``, or why the run ended early.
-    """
-
-    t: Array
-    x: Array
-    outcome: str
-
-    @property
-    def finished(self) -> bool:
-        """Whether all times were reached."""
-        return self.outcome == "finished"
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        return np.asarray(self.x, dtype=dtype)
-
-
-class SINDy(Estimator):
+class SINDy(Estimator, Written):
     """Sparse identification of nonlinear dynamics.
 
     Without a solver the automatic call of the library chooses smoothing, terms and coefficients from the data and says
@@ -405,8 +379,8 @@ class SINDy(Estimator):
         model = self._fitted()
         start, times, values, each = self._runs(x0, t, u, between)
         if isinstance(times, int):
-            return _run(model.iterate(start, times, values, blow_up))
-        return _run(model.simulate(start, times, times, values, each, rtol, atol, step, blow_up))
+            return Run.of(model.iterate(start, times, values, blow_up))
+        return Run.of(model.simulate(start, times, times, values, each, rtol, atol, step, blow_up))
 
     def _runs(
         self, x0: Any, t: Any, u: Any, between: str | Sequence[str] | None
@@ -443,27 +417,10 @@ class SINDy(Estimator):
             raise fault("u", f"{len(names)} columns", values.shape[1])
         return values
 
-    # Writing
-
     def get_feature_names(self) -> list[str]:
         """The candidate terms, in the order of `coef_`."""
         self._fitted()
         return list(self.terms_)
-
-    def equations(self, precision: int = 3) -> list[str]:
-        """The right-hand sides as text."""
-        if not isinstance(precision, Integral) or precision < 1:
-            raise fault("precision", "a number of digits of at least 1", repr(precision))
-        lines = self._fitted().text(int(precision)).splitlines()
-        return [line.split(" = ", 1)[1] for line in lines]
-
-    def print(self, precision: int = 3, **options: Any) -> None:
-        """Prints the equations; options are those of Python's own `print`."""
-        print(self._fitted().text(precision), end=options.pop("end", ""), **options)
-
-    def to_json(self) -> str:
-        """The model in JSON: reads back exactly, also in the command ``sindy`` and in Rust."""
-        return self._fitted().to_json()
 
     @classmethod
     def from_json(cls: type[Self], text: str) -> Self:
@@ -472,36 +429,6 @@ class SINDy(Estimator):
         out = cls(discrete=model.period is not None, states=model.states, inputs=model.inputs or None)
         out._set(model, [], None)
         return out
-
-    def to_latex(self, precision: int | None = 3) -> str:
-        """The equations in LaTeX."""
-        return self._fitted().to_latex(precision)
-
-    def _repr_latex_(self) -> str | None:
-        return None if getattr(self, "model_", None) is None else f"$${self.to_latex()}$$"
-
-    def to_c(self, name: str = "rhs") -> str:
-        """A function in C99."""
-        return self._fitted().to_c(name)
-
-    def to_rust(self, name: str = "rhs") -> str:
-        """A function in Rust."""
-        return self._fitted().to_rust(name)
-
-    def to_sympy(self) -> list[Any]:
-        """One SymPy expression for each state, over real symbols."""
-        return _export.to_sympy(self._fitted())
-
-    def to_callable(self, xp: Any = np) -> Callable[..., Any]:
-        """The right-hand side as a function ``f(t, x, u=())``, for SciPy's ``solve_ivp`` or, with ``xp=jax.numpy``, for JAX.
-
-        ``x`` has one entry for each state: numbers, or arrays of one shape.
-        """
-        return _export.to_callable(self._fitted(), xp)
-
-
-def _run(row: tuple[list[float], Array, str | None]) -> Run:
-    return Run(np.asarray(row[0]), row[1], row[2] or "finished")
 
 
 def _r2(truth: Array, predicted: Array, weights: Array) -> float:
