@@ -10,14 +10,28 @@ y' = -1.00*x
 """
 
 from . import dist
+from ._bootstrap import Band, Bootstrap, Ensemble
+from ._derivative import (
+    Differentiator,
+    FiniteDifference,
+    KalmanSmoother,
+    SavitzkyGolay,
+    Smoothed,
+    SmoothingSpline,
+    Spectral,
+    differentiate,
+)
 from ._errors import InternalError, SindyError, SindyWarning
 from ._field import PDE
 from ._gram import Gram
 from ._library import Library
-from ._model import Run, SINDy
+from ._model import SINDy
 from ._native import __version__
 from ._partial import PartialSums
+from ._run import Run
 from ._solvers import SR3, STLSQ, BestSubset, Solver, Stepwise
+from ._subsets import Certificate, Subset, Subsets
+from ._weak import WeakForm, WeakSystem
 
 __all__ = [
     "SINDy",
@@ -32,6 +46,22 @@ __all__ = [
     "BestSubset",
     "Solver",
     "Run",
+    "differentiate",
+    "Differentiator",
+    "Smoothed",
+    "FiniteDifference",
+    "SavitzkyGolay",
+    "SmoothingSpline",
+    "KalmanSmoother",
+    "Spectral",
+    "WeakForm",
+    "WeakSystem",
+    "Subset",
+    "Subsets",
+    "Certificate",
+    "Bootstrap",
+    "Ensemble",
+    "Band",
     "SindyError",
     "SindyWarning",
     "InternalError",

@@ -4,53 +4,29 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from numbers import Integral
 from types import SimpleNamespace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from . import _export, _native, _settings
+from . import _native, _settings
 from ._data import Array, Data, Given, collect, floats, is_many, matrix, table
+from ._derivative import Differentiator, describe
 from ._errors import SindyError, SindyWarning, fault
 from ._library import Library, libraries
+from ._run import Run
 from ._sklearn import Estimator
 from ._solvers import Solver, default, dumps, threads
+from ._weak import WeakForm
+from ._written import Written
 
 Method = Literal["automatic", "output_error", "regression"]
 Self = TypeVar("Self", bound="SINDy")
 
 
-@dataclass
-class Run:
-    """A simulation.
-
-    Attributes
-    ----------
-    t : ndarray
-        The times that were reached.
-    x : ndarray
-        The states there, one row for each time.
-    outcome : str
-        ``finished``, or why the run ended early.
-    """
-
-    t: Array
-    x: Array
-    outcome: str
-
-    @property
-    def finished(self) -> bool:
-        """Whether all times were reached."""
-        return self.outcome == "finished"
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        return np.asarray(self.x, dtype=dtype)
-
-
-class SINDy(Estimator):
+class SINDy(Estimator, Written):
     """Sparse identification of nonlinear dynamics.
 
     Without a solver the automatic call of the library chooses smoothing, terms and coefficients from the data and says
@@ -63,9 +39,10 @@ class SINDy(Estimator):
     solver : Solver, optional
         `STLSQ`, `SR3`, `Stepwise`, `BestSubset`, or none for the automatic call (with ``x_dot``: best subsets by the Bayesian
         criterion).
-    smoothing : str or dict
+    smoothing : str, dict, Differentiator or WeakForm
         ``automatic``, ``weak``, ``spline``, ``kalman``, ``{"savitzky_golay": {"window": 41, "degree": 3}}`` or
-        ``{"finite_difference": {"order": 4}}``.
+        ``{"finite_difference": {"order": 4}}``. Beside a solver also `FiniteDifference`, `SavitzkyGolay`, `SmoothingSpline`,
+        `KalmanSmoother`, `Spectral` or `WeakForm`.
     method : {"automatic", "output_error", "regression"}
         How the automatic call determines coefficients.
     discrete : bool
@@ -133,7 +110,7 @@ class SINDy(Estimator):
         library: str | Sequence[str] | Library | dict[str, Any] | None = None,
         solver: Solver | None = None,
         *,
-        smoothing: str | dict[str, Any] = "automatic",
+        smoothing: str | dict[str, Any] | Differentiator | WeakForm = "automatic",
         method: Method = "automatic",
         discrete: bool = False,
         states: Sequence[str] | None = None,
@@ -223,15 +200,24 @@ class SINDy(Estimator):
     def _fit_slopes(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
         assert self.solver is not None
         solver, given = self.solver.describe(), data.given()
-        if self.smoothing == "weak":
-            return _native.fit_weak(data.states, data.inputs, given, built, solver, jobs)
-        smoothing = dumps(self.smoothing)
-        return _native.fit_slopes(data.states, data.inputs, given, built, smoothing, solver, jobs)
+        if not self._has_slopes():
+            form = self.smoothing if isinstance(self.smoothing, WeakForm) else WeakForm()
+            return form._of(data, built, jobs)[0].solve(solver, None, jobs)
+        return _native.fit_slopes(data.states, data.inputs, given, built, describe(self.smoothing), solver, jobs)
+
+    def _has_slopes(self) -> bool:
+        """Whether the smoothing gives slopes: all do but the weak form."""
+        return not isinstance(self.smoothing, WeakForm) and self.smoothing != "weak"
 
     def _fit_columns(
         self, data: Data, built: list[_native.Library], slopes: bool, jobs: int | None
     ) -> tuple[_native.Model, str]:
-        weighted = data.trajectories[0].weight is not None
+        groups, weighted, period = self._columns(data, slopes)
+        solver = (self.solver or default()).describe()
+        return _native.fit_columns(data.states, data.inputs, groups, weighted, built, solver, period, jobs)
+
+    def _columns(self, data: Data, slopes: bool) -> tuple[list[list[Array]], bool, float | None]:
+        """Arrays side by side, whether weights are among them, and in discrete time the period."""
         groups = []
         for run in data.trajectories:
             parts = [run.x, run.u, run.x_dot, None if run.weight is None else run.weight.reshape(-1, 1)]
@@ -240,8 +226,7 @@ class SINDy(Estimator):
                 parts[2] = run.x[1:]
             groups.append([a for a in parts if a is not None])
         period = self._period(data) if self.discrete else None
-        solver = (self.solver or default()).describe()
-        return _native.fit_columns(data.states, data.inputs, groups, weighted, built, solver, period, jobs)
+        return groups, data.trajectories[0].weight is not None, period
 
     def _period(self, data: Data) -> float:
         t = data.trajectories[0].t
@@ -343,7 +328,7 @@ class SINDy(Estimator):
         truth, predicted, weights = [], [], []
         if x_dot is None and model.period is None:
             given: list[Given] = [(r.times(), r.x, None, r.weight) for r in data.trajectories]
-            found = _native.slopes(data.states, given, json.dumps("automatic"), self._jobs())
+            found = _native.slopes(data.states, given, describe("automatic"), self._jobs())
             for run, (values, slopes) in zip(data.trajectories, found):
                 run.x, run.x_dot = values, slopes
         for run in data.trajectories:
@@ -393,6 +378,16 @@ class SINDy(Estimator):
             Times, states and how the run ended. That it ended early is no error.
         """
         model = self._fitted()
+        start, times, values, each = self._runs(x0, t, u, between)
+        if isinstance(times, int):
+            return Run.of(model.iterate(start, times, values, blow_up))
+        return Run.of(model.simulate(start, times, times, values, each, rtol, atol, step, blow_up))
+
+    def _runs(
+        self, x0: Any, t: Any, u: Any, between: str | Sequence[str] | None
+    ) -> tuple[list[float], Array | int, Array | None, list[str]]:
+        """The start of a run, its times (in discrete time its steps), its inputs and what these are between their samples."""
+        model = self._fitted()
         start = [float(v) for v in floats("x0", x0, "a number for each state").reshape(-1)]
         if model.period is not None:
             rows = t if np.ndim(t) == 0 else len(t)
@@ -400,15 +395,14 @@ class SINDy(Estimator):
                 raise fault("t", "times, or a number of rows of at least 1", repr(t))
             rows = int(rows)
             values = self._inputs(u, np.arange(rows, dtype=np.float64) * np.float64(model.period))
-            return _run(model.iterate(start, max(rows - 1, 0), values, blow_up))
+            return start, max(rows - 1, 0), values, []
         if np.ndim(t) == 0:
             raise fault("t", "times (in continuous time a number says nothing)", repr(t))
         times = np.ascontiguousarray(floats("t", t, "times").reshape(-1))
         values = self._inputs(u, times)
         if between is None:
             between = self._between or "linear"
-        each = [between] * len(model.inputs) if isinstance(between, str) else list(between)
-        return _run(model.simulate(start, times, times, values, each, rtol, atol, step, blow_up))
+        return start, times, values, [between] * len(model.inputs) if isinstance(between, str) else list(between)
 
     def _inputs(self, u: Any, times: Array) -> Array | None:
         names = self._fitted().inputs
@@ -424,27 +418,10 @@ class SINDy(Estimator):
             raise fault("u", f"{len(names)} columns", values.shape[1])
         return values
 
-    # Writing
-
     def get_feature_names(self) -> list[str]:
         """The candidate terms, in the order of `coef_`."""
         self._fitted()
         return list(self.terms_)
-
-    def equations(self, precision: int = 3) -> list[str]:
-        """The right-hand sides as text."""
-        if not isinstance(precision, Integral) or precision < 1:
-            raise fault("precision", "a number of digits of at least 1", repr(precision))
-        lines = self._fitted().text(int(precision)).splitlines()
-        return [line.split(" = ", 1)[1] for line in lines]
-
-    def print(self, precision: int = 3, **options: Any) -> None:
-        """Prints the equations; options are those of Python's own `print`."""
-        print(self._fitted().text(precision), end=options.pop("end", ""), **options)
-
-    def to_json(self) -> str:
-        """The model in JSON: reads back exactly, also in the command ``sindy`` and in Rust."""
-        return self._fitted().to_json()
 
     @classmethod
     def from_json(cls: type[Self], text: str) -> Self:
@@ -453,36 +430,6 @@ class SINDy(Estimator):
         out = cls(discrete=model.period is not None, states=model.states, inputs=model.inputs or None)
         out._set(model, [], None)
         return out
-
-    def to_latex(self, precision: int | None = 3) -> str:
-        """The equations in LaTeX."""
-        return self._fitted().to_latex(precision)
-
-    def _repr_latex_(self) -> str | None:
-        return None if getattr(self, "model_", None) is None else f"$${self.to_latex()}$$"
-
-    def to_c(self, name: str = "rhs") -> str:
-        """A function in C99."""
-        return self._fitted().to_c(name)
-
-    def to_rust(self, name: str = "rhs") -> str:
-        """A function in Rust."""
-        return self._fitted().to_rust(name)
-
-    def to_sympy(self) -> list[Any]:
-        """One SymPy expression for each state, over real symbols."""
-        return _export.to_sympy(self._fitted())
-
-    def to_callable(self, xp: Any = np) -> Callable[..., Any]:
-        """The right-hand side as a function ``f(t, x, u=())``, for SciPy's ``solve_ivp`` or, with ``xp=jax.numpy``, for JAX.
-
-        ``x`` has one entry for each state: numbers, or arrays of one shape.
-        """
-        return _export.to_callable(self._fitted(), xp)
-
-
-def _run(row: tuple[list[float], Array, str | None]) -> Run:
-    return Run(np.asarray(row[0]), row[1], row[2] or "finished")
 
 
 def _r2(truth: Array, predicted: Array, weights: Array) -> float:

@@ -73,6 +73,10 @@ class Gram:
     def update(self, groups: list[list[_Array]], weighted: bool, jobs: int | None) -> None: ...
     def merge(self, other: Gram) -> None: ...
     def solve(self, solver_json: str, period: float | None = None, jobs: int | None = None) -> tuple[Model, str]: ...
+    def best_subsets(
+        self, max_size: int | None, node_limit: int | None, tolerance: float, jobs: int | None = None
+    ) -> str: ...
+    def on_terms(self, equation: int, terms: list[str]) -> tuple[list[str], list[float], float]: ...
     @property
     def rows(self) -> tuple[int, int]: ...
     def to_json(self) -> str: ...
@@ -130,22 +134,71 @@ def fit_slopes(
     inputs: list[str],
     trajectories: list[_Given],
     libraries: list[Library],
-    smoothing_json: str,
+    method_json: str,
     solver_json: str,
     jobs: int | None = None,
 ) -> tuple[Model, str]: ...
-def fit_weak(
+def weak(
     states: list[str],
     inputs: list[str],
     trajectories: list[_Given],
     libraries: list[Library],
-    solver_json: str,
+    settings_json: str,
     jobs: int | None = None,
-) -> tuple[Model, str]: ...
+) -> tuple[Gram, str]: ...
+
+_Bootstrapped = tuple[Model, str, list[Model], str, list[_Array]]
+_Band = tuple[_Array, _Array, _Array, list[int], list[str]]
+
+def bootstrap_slopes(
+    states: list[str],
+    inputs: list[str],
+    trajectories: list[_Given],
+    libraries: list[Library],
+    method_json: str,
+    solver_json: str,
+    settings_json: str,
+    jobs: int | None = None,
+) -> _Bootstrapped: ...
+def bootstrap_columns(
+    states: list[str],
+    inputs: list[str],
+    groups: list[list[_Array]],
+    weighted: bool,
+    libraries: list[Library],
+    solver_json: str,
+    settings_json: str,
+    period: float | None = None,
+    jobs: int | None = None,
+) -> _Bootstrapped: ...
+def band_of_predictions(
+    members: list[Model], x: _Array, u: _Array | None, level: float, jobs: int | None = None
+) -> _Band: ...
+def band_of_runs(
+    members: list[Model],
+    start: list[float],
+    time: _Array,
+    inputs: _Array | None,
+    between_inputs: list[str],
+    tolerances: tuple[float, float],
+    step: float | None,
+    blow_up: float,
+    level: float,
+    jobs: int | None = None,
+) -> _Band: ...
+def band_of_iterations(
+    members: list[Model],
+    start: list[float],
+    steps: int,
+    inputs: _Array | None,
+    blow_up: float,
+    level: float,
+    jobs: int | None = None,
+) -> _Band: ...
 def slopes(
     states: list[str],
     trajectories: list[_Given],
-    smoothing_json: str,
+    method_json: str,
     jobs: int | None = None,
 ) -> list[tuple[_Array, _Array]]: ...
 
@@ -249,6 +302,16 @@ def land_vertically(
     traces: int,
     jobs: int | None,
 ) -> VerticalLandings: ...
+def reproduce(
+    file: str | None,
+    json: str | None,
+    out: str,
+    quick: bool,
+    trials: int | None,
+    seed: int | None,
+    jobs: int | None,
+    look: Callable[[str, int, int], object] | None,
+) -> None: ...
 
 @final
 class Space:

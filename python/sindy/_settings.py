@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._derivative import Differentiator
 from ._errors import fault
 from ._solvers import Solver
+from ._weak import WeakForm
 
 if TYPE_CHECKING:
     from ._model import SINDy
@@ -45,8 +47,10 @@ def check(model: SINDy, other: str | None = None) -> None:
         raise fault("settings", "none with a solver: they are of the automatic call", found)
     if model.solver is not None and model.method != "automatic":
         raise fault("method", "`automatic` with a solver: it is of the automatic call", repr(model.method))
-    if not isinstance(model.smoothing, (str, dict)):
-        raise fault("smoothing", "a text or a dict", repr(model.smoothing))
+    beside_a_solver = (Differentiator, WeakForm) if model.solver is not None else ()
+    if not isinstance(model.smoothing, (str, dict, *beside_a_solver)):
+        expected = "a text, a dict, a method of differentiation or a weak form" if beside_a_solver else "a text or a dict"
+        raise fault("smoothing", expected, repr(model.smoothing))
     other = "a solver" if model.solver is not None else other
     for name in TEXTS:
         given = _texts(model, name)

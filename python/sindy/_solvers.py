@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, fields
 from numbers import Integral
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -37,24 +37,29 @@ def threads(n_jobs: Any) -> int | None:
 
 
 @dataclass
-class Solver:
-    """What all solvers share: parameters in scikit-learn's way."""
+class Parameters:
+    """Parameters in scikit-learn's way."""
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """The parameters by name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
-    def set_params(self, **params: Any) -> Solver:
+    def set_params(self, **params: Any) -> Self:
         """Sets parameters by name."""
         known = self.get_params()
         for name, value in params.items():
             if name not in known:
-                raise fault("solver", "one of " + ", ".join(known), name)
+                raise fault(type(self).__name__, "one of " + ", ".join(known), name)
             setattr(self, name, value)
         return self
 
     def _describe(self, name: str) -> str:
         return dumps({name: asdict(self)})
+
+
+@dataclass
+class Solver(Parameters):
+    """What all solvers share."""
 
     def describe(self) -> str:
         """The description that the library builds the solver from."""

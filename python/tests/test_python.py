@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import subprocess
 import sys
 import threading
@@ -69,6 +68,7 @@ def test_prop_ctrl_c_stops_a_fit_at_once() -> None:
 
 
 def test_prop_a_million_rows_are_read_where_they_are() -> None:
+    resource = pytest.importorskip("resource", reason="memory of a process on Unix")
     rng = np.random.default_rng(2)
     x = rng.normal(size=(1_000_000, 3))
     dot = x @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.5], [0.0, 0.0, -1.0]]).T

@@ -149,7 +149,7 @@ def columns(path: Path) -> dict[str, list[str]]:
 def assert_same(ours: td.Landings, theirs: dict[str, list[str]]) -> None:
     """Every cell of the command's table: texts as they are, numbers to the bit."""
     for name, cells in theirs.items():
-        if isinstance(ours[name], np.ndarray):
+        if ours[name].dtype != object:
             numbers = [float(cell) if cell else np.nan for cell in cells]
             assert np.array_equal(ours[name], numbers, equal_nan=True), name
         else:
@@ -185,6 +185,22 @@ def test_prop_the_commands_vertical_landings(card: td.Card, tmp_path: Path) -> N
     assert ours.results == json.loads((tmp_path / "out/results.json").read_text())["landing"]
     assert ours.trace(0)["height_m"][0] >= 0.5 and len(ours.to_pandas()) == 8
     assert "<table>" in ours._repr_html_()
+
+
+def test_regress_texts_of_a_table_are_compared_row_by_row(card: td.Card) -> None:
+    landings = td.land(thrust=card, controllers=["feedback", "imbc"], trials=4, seed=2)
+    own = landings["controller"] == "imbc"
+    # A list compares as a whole: False, without a word.
+    assert own.tolist() == [False] * 4 + [True] * 4
+    assert ((landings["outcome"] == "landed") == landings.landed).all()
+    assert landings["t_l_s"][own & landings.landed].shape == (landings.landed[own].sum(),)
+    space = td.land({"scenario": {"timeout_s": 30.0}}, space=True, trials=2, seed=3)
+    assert (space["outcome"] == "landed").tolist() == [True, True]
+    # Nothing went wrong: all absent, and texts all the same in tables of others.
+    assert space["why"].tolist() == [None, None] and (space["why"] == "x").tolist() == [False, False]
+    assert str(space.to_polars()["why"].dtype) == "String" and str(space.to_arrow().schema.field("why").type) == "string"
+    phase = space.trace(0)["phase"]
+    assert 0 < (phase == phase[-1]).sum() < len(phase)
 
 
 def test_prop_the_commands_validation(card: td.Card, tmp_path: Path) -> None:

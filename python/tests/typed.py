@@ -15,6 +15,10 @@ def main() -> None:
     known = sindy.SINDy("poly(1)", states=("x", "y"), known=["x' = y"], signs=("y': x < 0",)).fit(x, t)
     kept = sindy.SINDy("poly(1)", states=("x", "y"), conserve=["x^2 + y^2"]).fit(x, t)
     coefficients: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = model.coef_
+    slopes: sindy.Smoothed = sindy.differentiate(x, t, sindy.KalmanSmoother("constant_velocity"))
+    weak: sindy.WeakSystem = sindy.WeakForm(half_width=0.5).system("poly(1)", x, t)
+    found: dict[str, sindy.Subsets] = weak.gram.best_subsets(2)
+    band: sindy.Band = sindy.Bootstrap(model, 20).fit(x, t).simulate([1.0, 0.0], t)
     run: sindy.Run = model.simulate([1.0, 0.0], t)
     lines: list[str] = model.equations(precision=2)
     score: float = model.score(x, t)

@@ -14,7 +14,9 @@ from . import dist, identify
 from ._campaign import Campaign, campaign, campaign_status
 from ._card import Card
 from ._land import Landings, land
+from ._reproduce import Reproduction, reproduce
 from ._space import Landing, Space
+from ._table import Table
 from ._trial import Trial, read
 from ._validate import FreeRun, FreeRuns, validate
 
@@ -26,9 +28,11 @@ __all__ = [
     "InternalError",
     "Landing",
     "Landings",
+    "Reproduction",
     "SindyError",
     "SindyWarning",
     "Space",
+    "Table",
     "Trial",
     "__version__",
     "campaign",
@@ -37,5 +41,6 @@ __all__ = [
     "identify",
     "land",
     "read",
+    "reproduce",
     "validate",
 ]

@@ -6,7 +6,7 @@ import json
 import os
 import tempfile
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,14 +17,15 @@ from sindy._solvers import threads
 
 from . import _plot
 from ._card import Card
-from ._table import frame_pandas, frame_polars, table_arrow, table_html
+from ._table import Table, as_column
 from ._trial import Path
 
 Scenario = Path | Mapping[str, Any]
 
 
-class Landings(Mapping[str, Any]):
-    """The table of landings, a row each, as columns by name: arrays of numbers (NaN where absent) and lists of texts.
+class Landings(Table):
+    """The table of landings, a row each, as columns by name: arrays of numbers (NaN where absent) and of texts (None where
+    absent).
 
     Attributes
     ----------
@@ -36,32 +37,24 @@ class Landings(Mapping[str, Any]):
 
     def __init__(self, native: _native.SpaceLandings | _native.VerticalLandings) -> None:
         self._native = native
-        self._columns: dict[str, Any] = native.columns()
+        super().__init__(native.columns())
         self.results: dict[str, Any] = json.loads(native.results())
         self.scenario = native.sweep_toml() if isinstance(native, _native.SpaceLandings) else native.scenario_toml()
-
-    def __getitem__(self, column: str) -> Any:
-        return self._columns[column]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
 
     @property
     def landed(self) -> NDArray[np.bool_]:
         """Whether each landing landed."""
-        return np.asarray([outcome == "landed" for outcome in self["outcome"]], dtype=bool)
+        return np.asarray(self["outcome"] == "landed", dtype=bool)
 
     def trace(self, landing: int) -> dict[str, Any]:
-        """The time series of one landing by its row: arrays by name, vectors as (n, 3) or (n, 4).
+        """The time series of one landing by its row: arrays by name, vectors as (n, 3) or (n, 4),
+        texts such as the phase as ``object``.
 
         In six degrees of freedom the landing is flown once more for it.
         """
         if landing < 0:
             raise fault("landing", "a row of the table, from 0", landing)
-        return self._native.trace(landing)
+        return {name: as_column(values) for name, values in self._native.trace(landing).items()}
 
     def plot(self, column: str = "v_l_mps", ax: Any = None) -> Any:
         """The distribution of a column, a line for each controller or point of the sweep.
@@ -85,23 +78,8 @@ class Landings(Mapping[str, Any]):
         """The heights of vehicle and deck in one landing (see `trace`), as matplotlib axes."""
         return _plot.heights(self.trace(landing), ax)
 
-    def to_pandas(self) -> Any:
-        """A data frame of pandas."""
-        return frame_pandas(self)
-
-    def to_polars(self) -> Any:
-        """A data frame of polars."""
-        return frame_polars(self)
-
-    def to_arrow(self) -> Any:
-        """A table of Arrow."""
-        return table_arrow(self)
-
     def __repr__(self) -> str:
         return f"Landings({len(self._native)} landings, {int(self.landed.sum())} landed)"
-
-    def _repr_html_(self) -> str:
-        return table_html(repr(self), self)
 
 
 def _given(scenario: Scenario | None) -> tuple[str | None, str | None]:

@@ -38,8 +38,8 @@ def points(columns: Mapping[str, Any]) -> list[tuple[str, NDArray[np.bool_]]]:
 
 def shares(columns: Mapping[str, Any], column: str, ax: Any) -> Any:
     """The share of all landings of each point whose value is at most the abscissa."""
-    if column not in columns or not isinstance(columns[column], np.ndarray):
-        numbers = [name for name in columns if isinstance(columns[name], np.ndarray)]
+    numbers = [name for name in columns if np.asarray(columns[name]).dtype.kind in "iuf"]
+    if column not in numbers:
         raise fault("column", "one of " + ", ".join(numbers), column)
     ax = axes(ax)
     for label, own in points(columns):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -13,13 +13,13 @@ from sindy import SindyWarning, _native
 from sindy._data import table, vector
 from sindy._errors import fault
 
-from ._table import frame_pandas, frame_polars, table_arrow, table_html
+from ._table import Columns
 
 Array = NDArray[np.float64]
 Path = str | os.PathLike[str]
 
 
-class Trial(Mapping[str, Array]):
+class Trial(Columns):
     """A recorded run: ``time_s`` and channels whose names end in their unit (``thrust_n``, ``height_m``), gaps as NaN.
 
     Parameters
@@ -81,21 +81,6 @@ class Trial(Mapping[str, Array]):
 
     def __repr__(self) -> str:
         return f"Trial({self.name!r}, {len(self._native)} rows, {', '.join(self)})"
-
-    def to_pandas(self) -> Any:
-        """A data frame of pandas."""
-        return frame_pandas(self)
-
-    def to_polars(self) -> Any:
-        """A data frame of polars."""
-        return frame_polars(self)
-
-    def to_arrow(self) -> Any:
-        """A table of Arrow."""
-        return table_arrow(self)
-
-    def _repr_html_(self) -> str:
-        return table_html(repr(self), self)
 
 
 def read(paths: Path | Iterable[Path], map: Path | None = None) -> list[Trial]:

@@ -8,15 +8,14 @@ use sindy::model::{Interpolation, Term, Time};
 use sindy::statistics::gram::Accumulate;
 use sindy::{
     BlockSource, Fit, Gram, Identification, Identify, Outcome, Samples, SindyError, Solver,
-    WeakForm,
 };
 
-use crate::arrays::{Columns, views};
+use crate::arrays::{Columns, columns, views};
 use crate::error;
 use crate::library::Library;
 use crate::model::Model;
 use crate::run;
-use crate::slopes::{Given, WEIGHT, dataset, samples, slope, smoothing};
+use crate::slopes::{Given, WEIGHT, dataset, method, samples, slope};
 use crate::solver::Description;
 
 /// What an identification says beside its model.
@@ -52,7 +51,7 @@ pub(crate) struct Task {
 }
 
 impl Task {
-    fn new(
+    pub(crate) fn new(
         states: Vec<String>,
         inputs: Vec<String>,
         libraries: &[PyRef<'_, Library>],
@@ -131,16 +130,41 @@ pub(crate) fn of_arrays(
     weighted: bool,
     jobs: Option<usize>,
 ) -> PyResult<Vec<Gram>> {
-    let targets: Vec<String> = states.iter().map(|s| slope(s)).collect();
-    let mut names = [states, inputs, &targets].concat();
-    if weighted {
-        names.push(WEIGHT.to_owned());
-    }
+    let (names, targets) = columns_of(states, inputs, weighted);
     let seen = views(groups);
     run::borrowed(py, jobs, |cancel| {
         let source = Columns::new(names, seen, cancel)?;
         statistics(libraries, &targets, weighted.then_some(WEIGHT), &source)
     })
+}
+
+/// The names of the caller's columns, and of the targets among them.
+fn columns_of(states: &[String], inputs: &[String], weighted: bool) -> (Vec<String>, Vec<String>) {
+    let targets: Vec<String> = states.iter().map(|s| slope(s)).collect();
+    let mut names = [states, inputs, &targets].concat();
+    if weighted {
+        names.push(WEIGHT.to_owned());
+    }
+    (names, targets)
+}
+
+/// A copy of the caller's arrays, grouped as [`of_arrays`] takes them, for work that passes over them many times.
+///
+/// # Errors
+/// Not one column for each name, or columns of different lengths.
+pub(crate) fn given_samples(
+    task: &Task,
+    groups: &[Vec<PyReadonlyArray2<'_, f64>>],
+    weighted: bool,
+) -> Result<Samples, SindyError> {
+    let (names, _) = columns_of(&task.states, &task.inputs, weighted);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut samples = Samples::new(&names);
+    for group in groups {
+        let arrays = group.iter();
+        samples.push_group(arrays.flat_map(|a| columns(&a.as_array())).collect())?;
+    }
+    Ok(samples)
 }
 
 /// A library for each state.
@@ -229,7 +253,7 @@ pub(crate) fn fit_columns(
 
 /// A fit by a solver of slopes that are made from the states.
 #[pyfunction]
-#[pyo3(signature = (states, inputs, trajectories, libraries, smoothing_json, solver_json, jobs=None))]
+#[pyo3(signature = (states, inputs, trajectories, libraries, method_json, solver_json, jobs=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of one Python function")]
 pub(crate) fn fit_slopes(
     py: Python<'_>,
@@ -237,11 +261,11 @@ pub(crate) fn fit_slopes(
     inputs: Vec<String>,
     trajectories: Vec<Given<'_>>,
     libraries: Vec<PyRef<'_, Library>>,
-    smoothing_json: &str,
+    method_json: &str,
     solver_json: &str,
     jobs: Option<usize>,
 ) -> PyResult<(Model, String)> {
-    let how = smoothing(smoothing_json)?;
+    let how = method(method_json)?;
     let data = dataset(&states, &inputs, &trajectories).map_err(|e| error::of(&e))?;
     let task = Task::new(states, inputs, &libraries, solver_json, None)?;
     let targets: Vec<String> = task.states.iter().map(|s| slope(s)).collect();
@@ -249,34 +273,6 @@ pub(crate) fn fit_slopes(
         let samples: Samples = samples(how, &data, &|| cancel.heed())?;
         cancel.heed();
         let grams = statistics(&task.libraries, &targets, Some(WEIGHT), &samples)?;
-        task.solve(&grams)
-    })?;
-    Ok((Model { model }, said))
-}
-
-/// A fit by a solver in the weak form, its half-width from the data.
-#[pyfunction]
-#[pyo3(signature = (states, inputs, trajectories, libraries, solver_json, jobs=None))]
-pub(crate) fn fit_weak(
-    py: Python<'_>,
-    states: Vec<String>,
-    inputs: Vec<String>,
-    trajectories: Vec<Given<'_>>,
-    libraries: Vec<PyRef<'_, Library>>,
-    solver_json: &str,
-    jobs: Option<usize>,
-) -> PyResult<(Model, String)> {
-    let data = dataset(&states, &inputs, &trajectories).map_err(|e| error::of(&e))?;
-    let task = Task::new(states, inputs, &libraries, solver_json, None)?;
-    let (model, said) = run::owned(py, jobs, move |cancel| {
-        let samples = data.samples()?;
-        let mut grams = Vec::new();
-        for (library, state) in task.libraries.iter().zip(&task.states) {
-            cancel.heed();
-            let system =
-                WeakForm::default().system(library, sindy::Dataset::TIME, &[state], &samples)?;
-            grams.push(system.total(0));
-        }
         task.solve(&grams)
     })?;
     Ok((Model { model }, said))

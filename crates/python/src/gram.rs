@@ -4,6 +4,8 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 use sindy::model::Time;
+use sindy::uncertainty::on_support;
+use sindy::{BestSubset, Fit, Outcome, Solver as _};
 
 use crate::error::{self, fault};
 use crate::fit::{Task, of_arrays, per_state};
@@ -28,6 +30,49 @@ struct Kept {
     inputs: Vec<String>,
     terms: Vec<Vec<String>>,
     sums: Vec<sindy::Gram>,
+}
+
+/// The best subset of every size of one equation, and what is proven of it.
+#[derive(Serialize)]
+struct Subsets {
+    outcome: Outcome,
+    nodes: u64,
+    ridge: f64,
+    sizes: Vec<Subset>,
+}
+
+#[derive(Serialize)]
+struct Subset {
+    terms: Vec<String>,
+    coefficients: Vec<f64>,
+    residual_sum: f64,
+    lower_bound: f64,
+    gap: f64,
+    outcome: Outcome,
+}
+
+impl Gram {
+    /// Statistics that were made elsewhere.
+    pub(crate) fn of(
+        states: Vec<String>,
+        inputs: Vec<String>,
+        libraries: Vec<sindy::Library>,
+        grams: Vec<sindy::Gram>,
+    ) -> Self {
+        Self {
+            states,
+            inputs,
+            libraries,
+            grams,
+        }
+    }
+}
+
+/// The terms of a support, and their coefficients.
+fn kept(library: &sindy::Library, fit: &Fit) -> (Vec<String>, Vec<f64>) {
+    let support = fit.support.iter().enumerate().filter(|(_, kept)| **kept);
+    let term = |(j, _): (usize, &bool)| (library.names()[j].clone(), fit.coefficients[j]);
+    support.map(term).unzip()
 }
 
 #[pymethods]
@@ -103,6 +148,71 @@ impl Gram {
         let grams = self.grams.clone();
         let (model, said) = run::owned(py, jobs, move |_| task.solve(&grams))?;
         Ok((Model { model }, said))
+    }
+
+    /// The best subset of every size of each equation, in JSON.
+    #[pyo3(signature = (max_size, node_limit, tolerance, jobs=None))]
+    fn best_subsets(
+        &self,
+        py: Python<'_>,
+        max_size: Option<usize>,
+        node_limit: Option<u64>,
+        tolerance: f64,
+        jobs: Option<usize>,
+    ) -> PyResult<String> {
+        let (grams, libraries) = (self.grams.clone(), self.libraries.clone());
+        let found = run::owned(py, jobs, move |cancel| {
+            let search = BestSubset::new()
+                .max_size(max_size.unwrap_or(usize::MAX))
+                .node_limit(node_limit.unwrap_or(u64::MAX))
+                .tolerance(tolerance)?;
+            let mut all = Vec::new();
+            for (gram, library) in grams.iter().zip(&libraries) {
+                let found = search.solve_while(gram, &mut || {
+                    cancel.heed();
+                    true
+                })?;
+                let subset = |subset: &sindy::solve::exact::Subset| {
+                    let (terms, coefficients) = kept(library, &subset.fit);
+                    Subset {
+                        terms,
+                        coefficients,
+                        residual_sum: subset.fit.residual_sum,
+                        lower_bound: subset.lower_bound,
+                        gap: subset.gap(),
+                        outcome: subset.fit.outcome,
+                    }
+                };
+                all.push(Subsets {
+                    sizes: found.sizes.iter().map(subset).collect(),
+                    outcome: found.outcome,
+                    nodes: found.nodes,
+                    ridge: found.ridge,
+                });
+            }
+            Ok(all)
+        })?;
+        serde_json::to_string(&found).map_err(|e| error::settings("subsets", &e))
+    }
+
+    /// Least squares on given terms of one equation: coefficients in the order of its library's kept terms, and the residual
+    /// sum of squares.
+    fn on_terms(
+        &self,
+        equation: usize,
+        terms: Vec<String>,
+    ) -> PyResult<(Vec<String>, Vec<f64>, f64)> {
+        let (library, gram) = (&self.libraries[equation], &self.grams[equation]);
+        let known = library.names();
+        if let Some(other) = terms.iter().find(|term| !known.contains(term)) {
+            let expected = format!("one of {}", known.join(", "));
+            let message = format!("terms: expected {expected}, found {other}");
+            return Err(fault(message, "terms", &expected, other));
+        }
+        let support = known.iter().map(|name| terms.contains(name)).collect();
+        let fit = on_support(support).fit(gram).map_err(|e| error::of(&e))?;
+        let (terms, coefficients) = kept(library, &fit);
+        Ok((terms, coefficients, fit.residual_sum))
     }
 
     /// Rows that were used, and those left out because a value is not finite.

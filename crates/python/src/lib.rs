@@ -10,13 +10,16 @@
 //! | `arrays` | NumPy arrays as a source of blocks, read where they are |
 //! | `library` | candidate terms |
 //! | `solver` | sparse solvers from their description |
+//! | `derivative` | methods of differentiation from their description |
 //! | `slopes` | smoothed states and slopes |
+//! | `weak` | the statistics of the weak form |
+//! | `bootstrap` | intervals of coefficients and bands by resampling |
 //! | `fit` | the automatic call, and fits by a given solver |
 //! | `field` | partial differential equations from fields |
-//! | `gram` | the statistics of rows: accumulated, merged, pickled, solved |
+//! | `gram` | the statistics of rows: accumulated, merged, pickled, solved, searched for the best subsets |
 //! | `partial` | partial sums of the automatic call: added file by file, merged, pickled, ended |
 //! | `model` | models: predict, simulate, write |
-//! | `touchdown` | trials, identification, model cards, landings, campaigns |
+//! | `touchdown` | trials, identification, model cards, landings, campaigns, the paper's experiments |
 
 #![expect(
     clippy::needless_pass_by_value,
@@ -24,6 +27,8 @@
 )]
 
 mod arrays;
+mod bootstrap;
+mod derivative;
 mod error;
 mod field;
 mod fit;
@@ -35,6 +40,7 @@ mod run;
 mod slopes;
 mod solver;
 mod touchdown;
+mod weak;
 
 use pyo3::prelude::*;
 
@@ -42,9 +48,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::bootstrap::{
+        band_of_iterations, band_of_predictions, band_of_runs, bootstrap_columns, bootstrap_slopes,
+    };
+    #[pymodule_export]
     use crate::field::{FieldEquations, identify_fields};
     #[pymodule_export]
-    use crate::fit::{fit_columns, fit_slopes, fit_weak, identify};
+    use crate::fit::{fit_columns, fit_slopes, identify};
     #[pymodule_export]
     use crate::gram::Gram;
     #[pymodule_export]
@@ -68,6 +78,8 @@ mod _native {
     #[pymodule_export]
     use crate::touchdown::land::{SpaceLandings, land_in_space};
     #[pymodule_export]
+    use crate::touchdown::reproduce::reproduce;
+    #[pymodule_export]
     use crate::touchdown::space::Space;
     #[pymodule_export]
     use crate::touchdown::trial::Trial;
@@ -75,6 +87,8 @@ mod _native {
     use crate::touchdown::validate::validate;
     #[pymodule_export]
     use crate::touchdown::vertical::{VerticalLandings, land_vertically};
+    #[pymodule_export]
+    use crate::weak::weak;
 
     use super::{Bound, PyModule, PyModuleMethods, PyResult};
 

@@ -48,8 +48,43 @@ fn between(how: &str) -> PyResult<Interpolation> {
     }
 }
 
+/// Where a run ends early: where a state exceeds this magnitude.
+pub(crate) fn limits_of(blow_up: f64) -> Limits {
+    Limits::default().blow_up_above(blow_up)
+}
+
+/// How a run in continuous time is integrated: by a pair with relative and absolute tolerance, or with a step.
+pub(crate) fn simulation(
+    (relative, absolute): (f64, f64),
+    step: Option<f64>,
+    blow_up: f64,
+) -> Simulation {
+    let integrator = match step {
+        Some(step) => Integrator::RungeKutta4 { step },
+        None => Integrator::DormandPrince { relative, absolute },
+    };
+    Simulation::new(integrator).limits(limits_of(blow_up))
+}
+
+/// Inputs of their samples, with what each of them is in between.
+pub(crate) fn inputs_of(
+    time: &PyReadonlyArray1<'_, f64>,
+    samples: Option<PyReadonlyArray2<'_, f64>>,
+    between_inputs: &[String],
+) -> PyResult<Inputs> {
+    let Some(samples) = samples else {
+        return Ok(Inputs::none());
+    };
+    let own = columns(&samples.as_array());
+    let seen: Vec<&[f64]> = own.iter().map(Vec::as_slice).collect();
+    let each = between_inputs.iter().map(|how| between(how));
+    let each = each.collect::<PyResult<Vec<_>>>()?;
+    let at = time.as_array().to_vec();
+    Inputs::sampled_each(&at, &seen, &each).map_err(|e| error::of(&e))
+}
+
 /// How a run ended, if early.
-fn early(outcome: &RunOutcome) -> Option<String> {
+pub(crate) fn early(outcome: &RunOutcome) -> Option<String> {
     match outcome {
         RunOutcome::Finished => None,
         RunOutcome::BlewUp { time } => Some(format!("blew up at t = {time}")),
@@ -195,28 +230,9 @@ impl Model {
         step: Option<f64>,
         blow_up: f64,
     ) -> PyResult<RunRow<'py>> {
-        let integrator = match step {
-            Some(step) => Integrator::RungeKutta4 { step },
-            None => Integrator::DormandPrince {
-                relative: rtol,
-                absolute: atol,
-            },
-        };
-        let how = Simulation::new(integrator).limits(Limits::default().blow_up_above(blow_up));
+        let how = simulation((rtol, atol), step, blow_up);
         let time = time.as_array().to_vec();
-        let inputs = match inputs {
-            None => Inputs::none(),
-            Some(values) => {
-                let own = columns(&values.as_array());
-                let seen: Vec<&[f64]> = own.iter().map(Vec::as_slice).collect();
-                let each = between_inputs
-                    .iter()
-                    .map(|how| between(how))
-                    .collect::<PyResult<Vec<_>>>()?;
-                let at = input_time.as_array().to_vec();
-                Inputs::sampled_each(&at, &seen, &each).map_err(|e| error::of(&e))?
-            }
-        };
+        let inputs = inputs_of(&input_time, inputs, &between_inputs)?;
         let model = self.model.clone();
         let run = run::owned(py, None, move |_| {
             model.simulate(&start, &time, &inputs, &how)
@@ -235,7 +251,7 @@ impl Model {
         blow_up: f64,
     ) -> PyResult<RunRow<'py>> {
         let own = inputs.map_or_else(Vec::new, |u| columns(&u.as_array()));
-        let limits = Limits::default().blow_up_above(blow_up);
+        let limits = limits_of(blow_up);
         let model = self.model.clone();
         let run = run::owned(py, None, move |_| {
             let seen: Vec<&[f64]> = own.iter().map(Vec::as_slice).collect();

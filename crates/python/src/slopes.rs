@@ -3,12 +3,9 @@
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use sindy::derivative::savgol::Smoothed;
-use sindy::derivative::{
-    FiniteDifference, KalmanSmoother, Motion, SavgolSearch, SmoothingSpline, choose_savgol,
-};
-use sindy::identify::Smoothing;
-use sindy::{Dataset, Differentiator, Samples, SavitzkyGolay, SindyError};
+use sindy::{Dataset, Samples, SindyError};
 
+use crate::derivative::Description;
 use crate::error;
 use crate::model::{Matrix, matrix};
 use crate::run;
@@ -48,55 +45,21 @@ pub(crate) fn dataset(
     Ok(data)
 }
 
-/// The smoothing of a text in JSON.
-pub(crate) fn smoothing(text: &str) -> PyResult<Smoothing> {
+/// The method of differentiation of a text in JSON.
+pub(crate) fn method(text: &str) -> PyResult<Description> {
     serde_json::from_str(text).map_err(|e| error::settings("smoothing", &e))
-}
-
-/// What differentiates state `i`: as given, or, if automatic, a Savitzky–Golay filter chosen from the data, and a smoothing
-/// spline where times are not uniform or a stretch is too short to choose from.
-fn differentiator(how: Smoothing, data: &Dataset, i: usize) -> Result<Differentiator, SindyError> {
-    Ok(match how {
-        Smoothing::Automatic => {
-            let stretches = data.stretches();
-            let series: Vec<(&[f64], &[f64])> =
-                stretches.iter().map(|s| (s.time, s.columns[i])).collect();
-            let spline = || SmoothingSpline::cross_validated().into();
-            if !data.report().uniform {
-                return Ok(spline());
-            }
-            match choose_savgol(&series, &SavgolSearch::default()) {
-                Ok(found) => found.filter.into(),
-                Err(SindyError::TooShort { .. }) => spline(),
-                Err(other) => return Err(other),
-            }
-        }
-        Smoothing::SavitzkyGolay { window, degree } => SavitzkyGolay::new(window, degree)?.into(),
-        Smoothing::Spline => SmoothingSpline::cross_validated().into(),
-        Smoothing::Kalman => {
-            KalmanSmoother::maximum_likelihood(Motion::ConstantAcceleration).into()
-        }
-        Smoothing::FiniteDifference { order } => FiniteDifference::new(order)?.into(),
-        Smoothing::Weak => {
-            return Err(SindyError::Setting {
-                key: "smoothing",
-                expected: "one that gives slopes".to_owned(),
-                found: "weak".to_owned(),
-            });
-        }
-    })
 }
 
 /// Every state of every stretch, smoothed, in the order of the stretches.
 fn smoothed(
-    how: Smoothing,
+    how: Description,
     data: &Dataset,
     heed: &dyn Fn(),
 ) -> Result<Vec<Vec<Smoothed>>, SindyError> {
     let by = (0..data.states().len())
         .map(|i| {
             heed();
-            differentiator(how, data, i)
+            how.of(data, i)
         })
         .collect::<Result<Vec<_>, _>>()?;
     let of = |s: &sindy::data::dataset::Stretch<'_>| {
@@ -114,7 +77,7 @@ fn smoothed(
 /// # Errors
 /// A smoothing that does not suit the times.
 pub(crate) fn samples(
-    how: Smoothing,
+    how: Description,
     data: &Dataset,
     heed: &dyn Fn(),
 ) -> Result<Samples, SindyError> {
@@ -145,15 +108,15 @@ pub(crate) fn slope(state: &str) -> String {
 
 /// Smoothed states and their slopes, for each trajectory two arrays as `x`; NaN in gaps.
 #[pyfunction]
-#[pyo3(signature = (states, trajectories, smoothing_json, jobs=None))]
+#[pyo3(signature = (states, trajectories, method_json, jobs=None))]
 pub(crate) fn slopes<'py>(
     py: Python<'py>,
     states: Vec<String>,
     trajectories: Vec<Given<'py>>,
-    smoothing_json: &str,
+    method_json: &str,
     jobs: Option<usize>,
 ) -> PyResult<Vec<(Matrix<'py>, Matrix<'py>)>> {
-    let how = smoothing(smoothing_json)?;
+    let how = method(method_json)?;
     let data = dataset(&states, &[], &trajectories).map_err(|e| error::of(&e))?;
     let found = run::owned(py, jobs, move |cancel| {
         let stretches = data.stretches();

@@ -4,10 +4,10 @@
 //! cargo run -p touchdown --example book_landing -- landing.html
 //! ```
 
-use touchdown::experiments::sea;
-use touchdown::pages::reproduce::watched;
-use touchdown::settings::ReproduceSettings;
 use touchdown_report::Report;
+use touchdown_reproduce::experiments::sea;
+use touchdown_reproduce::pages::reproduce::watched;
+use touchdown_reproduce::settings::ReproduceSettings;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args()

@@ -7,12 +7,12 @@
 //! Thrust by eq. (8) with the plate removed, eq. (2) and the lag form on the rich data of the virtual rig, default
 //! plant, seed 1, at the paper's ground effect and at that of measured quadrotors. The test `default_models` compares the file with a fresh identification.
 
-use touchdown::experiments::identify_cards;
 use touchdown_campaign::cards::put_into;
 use touchdown_campaign::progress::Silent;
 use touchdown_flight::ground_effect::GroundEffectModel;
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_lander::models::FlightModels;
+use touchdown_reproduce::experiments::identify_cards;
 use touchdown_sim::landing::space::SpaceScenario;
 use touchdown_sim::rig::RigSettings;
 

@@ -9,12 +9,12 @@
 use std::error::Error;
 use std::fmt::Write as _;
 
-use touchdown::experiments::identify_cards;
 use touchdown_campaign::progress::Silent;
 use touchdown_campaign::vertical::controllers::controller;
 use touchdown_campaign::vertical::landings;
 use touchdown_campaign::vertical::settings::LandSettings;
 use touchdown_flight::Method;
+use touchdown_reproduce::experiments::identify_cards;
 use touchdown_sim::landing::vertical::{Landing, LandingTrace};
 
 /// Length of the film (s): the slowest of the landings shown, and some seconds to read the results.

@@ -111,6 +111,21 @@ impl Error {
     }
 }
 
+impl From<touchdown_reproduce::Error> for Error {
+    fn from(error: touchdown_reproduce::Error) -> Self {
+        use touchdown_reproduce::Error as Reproduction;
+        match error {
+            Reproduction::Campaign(e) => e.into(),
+            Reproduction::Identification(e) => e.into(),
+            Reproduction::Simulation(e) => e.into(),
+            Reproduction::Card(e) => e.into(),
+            Reproduction::Trial(e) => e.into(),
+            Reproduction::Log(e) => e.into(),
+            Reproduction::Page(e) => e.into(),
+        }
+    }
+}
+
 impl From<touchdown_pages::Error> for Error {
     fn from(error: touchdown_pages::Error) -> Self {
         use touchdown_pages::Error as Page;

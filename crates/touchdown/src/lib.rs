@@ -1,17 +1,14 @@
-//! From a thrust log to a soft touchdown on a moving deck: the experiments, the settings and the reports of the command
-//! `touchdown`.
+//! The settings of the command `touchdown`, and the error that knows its exit status.
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`experiments`] | the paper's four experiments, and landings at sea |
-//! | [`settings`] | settings of whole runs, scenario files, and their defaults |
-//! | [`pages`] | reports: figures and HTML |
+//! | [`settings`] | scenario files of the virtual rig, and the defaults that `touchdown settings` prints |
+//! | [`error`] | anything that stops the command |
 //!
-//! What can be used without a command line stands in crates of its own: `touchdown-identify` and `touchdown-campaign`.
+//! What can be used without a command line stands in crates of its own: `touchdown-identify`, `touchdown-campaign` and
+//! `touchdown-reproduce`.
 
 pub mod error;
-pub mod experiments;
-pub mod pages;
 pub mod settings;
 
 pub use error::{Error, Result};

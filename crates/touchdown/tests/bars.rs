@@ -1,11 +1,11 @@
 //! The main job with its defaults, judged by what it promises: seeds 1 and 2, 40 landings of every method.
 
-use touchdown::experiments::results::Results;
-use touchdown::experiments::{self, Run, thrust};
-use touchdown::settings::ReproduceSettings;
 use touchdown_campaign::progress::Silent;
 use touchdown_flight::Method;
 use touchdown_model::Form;
+use touchdown_reproduce::experiments::results::Results;
+use touchdown_reproduce::experiments::{self, Run, thrust};
+use touchdown_reproduce::settings::ReproduceSettings;
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 fn run(seed: u64) -> Run {

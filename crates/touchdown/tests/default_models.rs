@@ -1,11 +1,11 @@
 //! The models that fly by default are those that identification finds today.
 
-use touchdown::experiments::identify_cards;
 use touchdown_campaign::cards::put_into;
 use touchdown_campaign::progress::Silent;
 use touchdown_flight::ground_effect::GroundEffectModel;
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_lander::models::FlightModels;
+use touchdown_reproduce::experiments::identify_cards;
 use touchdown_sim::landing::space::SpaceScenario;
 use touchdown_sim::rig::RigSettings;
 

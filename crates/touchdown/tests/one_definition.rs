@@ -61,8 +61,8 @@ fn largest_difference(card: &Card) -> f64 {
 
 #[test]
 fn prop_ground_effect_in_flight_is_the_card_s_expression() {
-    let settings = touchdown::settings::ReproduceSettings::quick();
-    let cards = touchdown::experiments::identify_cards(
+    let settings = touchdown_reproduce::settings::ReproduceSettings::quick();
+    let cards = touchdown_reproduce::experiments::identify_cards(
         &settings.rig,
         3,
         &touchdown_campaign::progress::Silent,
@@ -105,8 +105,8 @@ fn prop_thrust_in_flight_is_the_card_s_expression() {
 
 /// A static map with a box of heights, and no memory.
 fn static_card() -> Card {
-    let settings = touchdown::settings::ReproduceSettings::quick();
-    let mut card = touchdown::experiments::identify_cards(
+    let settings = touchdown_reproduce::settings::ReproduceSettings::quick();
+    let mut card = touchdown_reproduce::experiments::identify_cards(
         &settings.rig,
         3,
         &touchdown_campaign::progress::Silent,

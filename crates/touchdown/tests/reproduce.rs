@@ -259,7 +259,7 @@ fn files(out: &Path) {
             );
         }
     }
-    let settings: touchdown::settings::ReproduceSettings =
+    let settings: touchdown_reproduce::settings::ReproduceSettings =
         touchdown::settings::read(&out.join("settings.toml")).unwrap();
     assert_eq!(
         (settings.seed, settings.trials, settings.quick),

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use touchdown::experiments::sea::{SeaCell, SeaMethod};
-use touchdown::settings::ReproduceSettings;
 use touchdown_campaign::progress::Silent;
 use touchdown_campaign::sweep;
 use touchdown_flight::Method;
 use touchdown_lander::settings::DescentShape;
+use touchdown_reproduce::experiments::sea::{SeaCell, SeaMethod};
+use touchdown_reproduce::settings::ReproduceSettings;
 use touchdown_sim::deck::rigid::RigidMotion;
 use touchdown_sim::landing::space::Case;
 
@@ -16,7 +16,8 @@ fn cells(text: &str, folder: &Path) -> Result<Vec<SeaCell>, String> {
         touchdown::settings::parse(text, "s.toml").map_err(|e| e.to_string())?;
     settings.sea = settings.sea.from(folder);
     settings.trials = 1;
-    touchdown::experiments::sea::cells(&settings, None, "s.toml").map_err(|e| e.to_string())
+    touchdown_reproduce::experiments::sea::cells(&settings, None, "s.toml")
+        .map_err(|e| e.to_string())
 }
 
 #[test]
@@ -76,7 +77,7 @@ fn prop_a_measured_motion_moves_the_deck_of_the_sea_alone() {
     let sum = |file: &str| {
         let text = text.replace("z.csv", file);
         let settings: ReproduceSettings = touchdown::settings::parse(&text, "s.toml").unwrap();
-        touchdown::experiments::results::settings_sha256(&settings).unwrap()
+        touchdown_reproduce::experiments::results::settings_sha256(&settings).unwrap()
     };
     assert_eq!(sum("a.csv"), sum("/b/c.csv"));
 }

@@ -1,13 +1,13 @@
 //! A plant of another law (exponential ground effect, one lag) through the same pipeline: the models are not
 //! fitted to themselves.
 
-use touchdown::experiments;
-use touchdown::experiments::results::Results;
-use touchdown::settings::{LandSettings, ReproduceSettings};
 use touchdown_campaign::progress::Silent;
 use touchdown_campaign::vertical::controllers::controller;
 use touchdown_campaign::vertical::landings::{self, LandingFigures};
 use touchdown_flight::Method;
+use touchdown_reproduce::experiments;
+use touchdown_reproduce::experiments::results::Results;
+use touchdown_reproduce::settings::{LandSettings, ReproduceSettings};
 use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 

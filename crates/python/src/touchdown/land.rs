@@ -8,7 +8,7 @@ use pyo3::IntoPyObjectExt as _;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
-use touchdown_campaign::files::write;
+use touchdown_campaign::files;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file;
 use touchdown_campaign::sweep::{
@@ -247,10 +247,8 @@ impl SpaceLandings {
             let results = summarise(&self.sweep, &self.rows)?;
             // What killed workers left half-written is taken away.
             Store::open(&folder, &self.sweep, CampaignPart::Whole, true)?;
-            write(&folder.join("summary.csv"), results.csv()?.as_bytes())?;
-            let text = serde_json::to_string_pretty(&results)
-                .map_err(|e| Error::Arguments(format!("results: {e}")))?;
-            write(&folder.join("results.json"), format!("{text}\n").as_bytes())
+            files::write(&folder.join("summary.csv"), results.csv()?.as_bytes())?;
+            files::results(&folder, &results)
         });
         written.map_err(|e| of_campaign(&e))
     }

@@ -119,6 +119,16 @@ impl Bootstrap {
         })
     }
 
+    /// The bootstrap with this number of terms omitted from the library of each replicate, at random; the fit to all data
+    /// has all terms.
+    #[must_use]
+    pub fn omit(self, terms: usize) -> Self {
+        Self {
+            ensemble: self.ensemble.omit(terms),
+            ..self
+        }
+    }
+
     /// The same with another choice of what is resampled.
     #[must_use]
     pub fn resampling(self, resampling: Resampling) -> Self {

@@ -332,3 +332,20 @@ fn prop_there_are_at_most_400_blocks() {
     assert!(found.correlation_rows.unwrap() < 15.0, "{found:?}");
     assert_eq!((found.block_rows, found.blocks), (20, 400));
 }
+
+#[test]
+fn prop_omitted_terms_are_missing_from_replicates_and_not_from_the_fit() {
+    let x: Vec<f64> = (0..400).map(|i| (0.37 * f64::from(i)).sin()).collect();
+    let y = x.iter().map(|x| 1.0 + 2.0 * x - x.powi(3)).collect();
+    let mut samples = Samples::new(&["x", "y"]);
+    samples.push_group(vec![x, y]).unwrap();
+    let library = Library::parse(&["1", "x", "x^2", "x^3"]).unwrap();
+    let solver = Stlsq::new(0.1, 0.0).unwrap();
+    let equation = (Accumulate::new(&library, "y"), &solver as &dyn Solver);
+    let bootstrap = Bootstrap::new(60, 3).unwrap().omit(1);
+    let found = bootstrap.run(&[equation], &samples).unwrap().remove(0);
+    assert_eq!(found.fit.terms(), 3);
+    // Each replicate lacks one of four; none is offered always.
+    assert_eq!(found.ensemble.offered.iter().sum::<usize>(), 60 * 3);
+    assert!(found.ensemble.offered.iter().all(|n| *n < 60));
+}

@@ -7,17 +7,12 @@ use touchdown::{Error, Result};
 
 use super::context::Context;
 
-pub(crate) use touchdown_campaign::files::{folder, write};
+use touchdown_campaign::files;
+pub(crate) use touchdown_campaign::files::{RESULTS, folder, write};
 
-/// The file of results. Commands write it last, so its presence means that all files are complete.
-pub(super) const RESULTS: &str = "results.json";
-
-/// Writes the results into their folder, as pretty JSON with a newline at its end.
+/// Writes the results into their folder.
 pub(crate) fn results<T: Serialize>(folder: &Path, results: &T) -> Result<()> {
-    let mut text = serde_json::to_string_pretty(results)
-        .map_err(|e| Error::Arguments(format!("the result cannot be written as JSON: {e}")))?;
-    text.push('\n');
-    Ok(write(&folder.join(RESULTS), text.as_bytes())?)
+    Ok(files::results(folder, results)?)
 }
 
 /// Refuses an `--out` that is a file, before any work is done.
@@ -31,21 +26,21 @@ pub(crate) fn must_not_be_a_file(out: Option<&Path>) -> Result<()> {
     }
 }
 
-/// Creates a folder for results and removes the `results.json` of an earlier run: one that is there belongs to the files
-/// beside it.
+/// Creates a folder for results, without the results of an earlier run.
 pub(crate) fn results_folder(context: &Context, path: &Path) -> Result<()> {
-    folder(path)?;
-    let old = path.join(RESULTS);
-    match std::fs::remove_file(&old) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::file(&old, e)),
-        _ => {}
-    }
+    files::begin_results(path)?;
+    announce_results(context, path);
+    Ok(())
+}
+
+/// Results are written into a folder from now on. An interrupted command reports whether they are complete.
+pub(crate) fn announce_results(context: &Context, path: &Path) {
+    let results = path.join(RESULTS);
     let folder = path.display().to_string();
-    context.if_interrupted(move || match old.exists() {
+    context.if_interrupted(move || match results.exists() {
         true => format!("all files are in {folder}"),
         false => missing(&folder),
     });
-    Ok(())
 }
 
 /// Report of an interrupted command about an incomplete folder.

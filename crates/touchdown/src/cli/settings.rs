@@ -1,13 +1,13 @@
 //! `touchdown settings`.
 
 use touchdown::Result;
-use touchdown::settings::ReproduceSettings;
 use touchdown::settings::defaults;
 use touchdown::settings::rig::RigScenario;
 use touchdown_campaign::sweep::SweepSettings;
 use touchdown_campaign::vertical::scenario::LandScenario;
 use touchdown_identify::IdentificationSettings;
 use touchdown_link::settings::FlightSettings;
+use touchdown_reproduce::settings::ReproduceSettings;
 
 use super::args::{SettingsArgs, SettingsOf};
 use super::context::Context;

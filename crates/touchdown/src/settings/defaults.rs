@@ -71,7 +71,8 @@ mod tests {
     use touchdown_campaign::vertical::scenario::LandScenario;
     use touchdown_identify::IdentificationSettings;
 
-    use crate::settings::ReproduceSettings;
+    use touchdown_reproduce::settings::ReproduceSettings;
+
     use crate::settings::rig::RigScenario;
 
     fn keys(table: &toml::Table, above: &str, out: &mut Vec<String>) {

@@ -105,6 +105,14 @@ impl SavgolSearch {
             longest,
         })
     }
+
+    /// The same among these `degrees`.
+    ///
+    /// # Errors
+    /// As [`SavgolSearch::new`].
+    pub fn degrees(self, degrees: &[usize]) -> Result<Self, SindyError> {
+        Self::new(degrees, self.longest)
+    }
 }
 
 impl SavgolCandidate {

@@ -155,3 +155,13 @@ fn prop_bad_input_is_named() {
         Err(SindyError::Setting { key: "degrees", .. })
     ));
 }
+
+#[test]
+fn prop_a_search_among_one_degree_finds_it() {
+    let t: Vec<f64> = (0..400).map(|i| 0.01 * f64::from(i)).collect();
+    let y: Vec<f64> = t.iter().map(|t| (3.0 * t).sin()).collect();
+    let search = SavgolSearch::default().degrees(&[6]).unwrap();
+    let choice = choose_savgol(&[(&t, &y)], &search).unwrap();
+    assert_eq!(choice.filter.degree(), 6);
+    assert!(SavgolSearch::default().degrees(&[11]).is_err());
+}

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use touchdown::experiments::landing::MethodLandings;
 use touchdown_campaign::csv;
 use touchdown_campaign::sweep::{CampaignResults, LandingRow, Sweep};
+use touchdown_reproduce::experiments::landing::MethodLandings;
 use touchdown_sim::landing::vertical::{Landing, Outcome};
 
 /// Columns of [`vertical`].

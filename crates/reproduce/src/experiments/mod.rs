@@ -77,10 +77,7 @@ pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run>
 /// # Errors
 /// The first setting out of range.
 pub fn check(settings: &ReproduceSettings, file: &str) -> Result<()> {
-    let bad = |key: &str, message: String| Error::Settings {
-        file: file.to_string(),
-        message: format!("key `{key}`: {message}"),
-    };
+    let bad = |key: &str, message: String| Error::setting(file, key, &message);
     if !(1..=100_000).contains(&settings.trials) {
         return Err(bad(
             "trials",

@@ -126,10 +126,7 @@ pub fn cells(
         )?;
     }
     let sea = &settings.sea;
-    let bad = |key: &str, message: String| Error::Settings {
-        file: file.to_string(),
-        message: format!("key `sea.{key}`: {message}"),
-    };
+    let bad = |key: &str, message: String| Error::setting(file, &format!("sea.{key}"), &message);
     if let Some(key) = OF_CASES.iter().find(|key| sea.scenario.contains_key(**key)) {
         return Err(bad(
             &format!("scenario.{key}"),
