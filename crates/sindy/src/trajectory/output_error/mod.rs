@@ -164,7 +164,7 @@ pub struct OutputErrorFit {
     pub sigma: Vec<f64>,
     /// The `colour` of [`Start`].
     pub colour: Vec<f64>,
-    /// What acts on the system, where the fit is that of a disturbed one ([`disturbed`]): `sigma` is then the noise of the
+    /// What acts on the system, where the fit is that of a disturbed one: `sigma` is then the noise of the
     /// measurement, and `correlation` that of the innovations.
     pub disturbance: Option<Disturbance>,
     /// For each equation, the best terms of every number up to some more than were kept.
