@@ -82,6 +82,9 @@ fn analytic_a_deck_too_fast_to_land_on_is_followed_at_the_speed_limit() {
     for (amplitude_m, w) in [(0.1, 2.0), (1.2, 1.5)] {
         let mut state: State = computer.initial(0.5);
         state.deck = watched(&computer.deck, |t| amplitude_m * (w * t).sin());
+        let mut estimate = computer.relative.ahead(&state.relative, 0.0);
+        estimate.deck_velocity_mps = Vector::UP * (amplitude_m * w);
+        computer.watch_sea(&mut state, &estimate, DT);
         let whole = computer.deck_ahead(&state, acting_s).acceleration_mps2;
         let speed_mps: f64 = (0..state.deck.count())
             .filter_map(|k| state.deck.harmonic(k))
@@ -183,6 +186,7 @@ fn analytic_before_the_deck_is_known_its_speed_is_two_standard_deviations() {
     let mut known = state;
     known.deck = watched(&computer.deck, |t| 0.2 * (1.5 * t).sin());
     estimate.deck_velocity_mps = Vector::ZERO;
+    computer.watch_sea(&mut known, &estimate, DT);
     let fastest = computer.greatest_deck_speed(&known, &now, &estimate);
     assert!((fastest - 0.3).abs() < 0.015, "{fastest}");
 }
