@@ -1,18 +1,7 @@
 // Number fields: what they take, and what is wrong with what they hold, in words beside them.
 
 import { el } from './dom';
-
-/** What a field takes. */
-export interface NumberLimits {
-  min: number;
-  max: number;
-  /** Whole numbers only. */
-  whole?: boolean;
-  /** Whether it may stay empty. */
-  optional?: boolean;
-  /** A number that it would take. */
-  example: string;
-}
+import { expected, numberOf, type NumberLimits } from './number';
 
 let isPressed = false;
 addEventListener('pointerdown', () => (isPressed = true), true);
@@ -29,23 +18,6 @@ function afterPress(call: () => void): void {
     soon();
   };
   for (const end of ['pointerup', 'pointercancel']) addEventListener(end, ended, { capture: true, signal: press.signal });
-}
-
-/** As programs write numbers: with a point, and perhaps an exponent. */
-const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
-
-/** What a field takes, in words. */
-export function expected({ min, max, whole, example }: NumberLimits): string {
-  const kind = whole ? 'a whole number' : 'a number';
-  const point = whole ? '' : ' with a decimal point';
-  return `expected ${kind} from ${min} to ${max}${point}, such as ${example}`;
-}
-
-/** The number of a text; undefined where it is none, or beyond the limits. */
-export function numberOf(text: string, { min, max, whole }: NumberLimits): number | undefined {
-  const value = NUMBER.test(text) ? Number(text) : Number.NaN;
-  const fits = value >= min && value <= max && (!whole || Number.isSafeInteger(value));
-  return fits ? value : undefined;
 }
 
 /** A text field for a number. A browser's own number field hides from the page what it cannot read, and drops commas. */

@@ -1,6 +1,6 @@
 // The scenario of the deck: what the controls say, as a file that `touchdown land --space` reads, and as an address.
 
-import { expected, numberOf, type NumberLimits } from './field';
+import { expected, numberOf, type NumberLimits } from './number';
 import type { CardFile, Use, Vehicle } from './state';
 
 export interface Scenario {
