@@ -24,6 +24,9 @@ async function programBytes(): Promise<ArrayBuffer> {
   return new Response(stream).arrayBuffer();
 }
 
+/** Memory of a run above which its worker is ended, in bytes: an idle one may keep it for minutes. */
+const MOST_IDLE = 128e6;
+
 export class Calculator {
   private module: Promise<WebAssembly.Module> | undefined;
   private readonly url: string;
@@ -58,8 +61,9 @@ export class Calculator {
       worker.onmessage = (event: MessageEvent<Report>) => {
         if ('stage' in event.data) return stage?.(event.data.stage);
         signal?.removeEventListener('abort', cancel);
-        this.idle.push(worker);
         const report = event.data;
+        if (report.memory > MOST_IDLE) worker.terminate();
+        else this.idle.push(worker);
         if ('error' in report) reject(new Error(report.error));
         else resolve({ result: report.result as T, written: report.written });
       };

@@ -110,7 +110,7 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
     await work(`Reading ${log.name} …`, read, (error) => {
       // Channels of the map before are none of this one.
       shown.replaceChildren(failure(reason(error)));
-      mapState.textContent = lab.map === '' ? '' : 'No channels: the map does not fit. The reason is below.';
+      mapState.textContent = lab.map === '' ? '' : 'No channels by this map. The reason is below.';
     });
   }
 
@@ -177,7 +177,11 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
   const taken = (files: FileList | undefined | null) => {
     if (files && files.length > 0) add([...files].map((content) => ({ name: content.name, content })));
   };
-  input.addEventListener('change', () => taken(input.files));
+  input.addEventListener('change', () => {
+    taken(input.files);
+    // The same file may be chosen again.
+    input.value = '';
+  });
   for (const [name, over] of [['dragover', true], ['dragleave', false], ['drop', false]] as const) {
     zone.addEventListener(name, (event) => {
       event.preventDefault();

@@ -32,8 +32,10 @@ STEPS.forEach((step, k) => {
   const tab = byId(`tab-${step}`);
   tab.addEventListener('click', () => open(step));
   tab.addEventListener('keydown', (event) => {
-    const move = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    if (move) open(STEPS[(k + move + STEPS.length) % STEPS.length]!, true);
+    const to = { ArrowRight: k + 1, ArrowLeft: k - 1, Home: 0, End: STEPS.length - 1 }[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    open(STEPS[(to + STEPS.length) % STEPS.length]!, true);
   });
 });
 

@@ -82,19 +82,6 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
   /** Buttons of the cards that are shown. */
   let flying: FlyButton[] = [];
 
-  /** Settings as `touchdown identify --settings` reads them. */
-  function text(): string {
-    const lines = (name: string, keys: [string, number | undefined][]) => {
-      const given = keys.filter(([, v]) => v !== undefined).map(([key, v]) => `${key} = ${v}`);
-      return given.length === 0 ? '' : `[${name}]\n${given.join('\n')}\n`;
-    };
-    const size: [string, number | undefined][] = [
-      ['mass_kg', mass.value()],
-      ['rotor_radius_m', radius.value()],
-    ];
-    return settings.value + '\n' + lines('vehicle', [...size, ['rotors', rotors.value()]]);
-  }
-
   async function identify(): Promise<void> {
     if (!checkAll([mass, radius, rotors])) {
       state.textContent = 'Nothing was identified: a field above is marked, and says what it takes.';
@@ -105,7 +92,8 @@ export function modelStep(panel: HTMLElement, lab: Lab): void {
     const own = (running = new AbortController());
     const asked = { names: names(), logs: [...lab.logs], map: lab.map };
     const { paths, files } = lab.files();
-    const data = { logs: paths, map: lab.map === '' ? null : lab.map, settings: text() };
+    const vehicle = { mass_kg: mass.value(), rotor_radius_m: radius.value(), rotors: rotors.value() };
+    const data = { logs: paths, map: lab.map === '' ? null : lab.map, settings: settings.value, vehicle };
     const request =
       task.value === 'identify_thrust'
         ? { task: task.value, ...data }

@@ -6,6 +6,8 @@ export type Input = Blob | Uint8Array;
 
 /** What a run leaves behind. */
 export interface Run {
+  /** Memory that the program had, in bytes. */
+  memory: number;
   status: number;
   stdout: string;
   stderr: string;
@@ -23,8 +25,13 @@ const FILE = 4;
 const STREAM = 2;
 /** The one folder that the program sees, by its descriptor. */
 const ROOT = 3;
-/** Bytes that are read from a disk at once. Readers ask for 8 to 256 kB. */
+/** Bytes that are read from a disk at once, and at most where a file is read from its start to its end: reading takes half as long. */
 const WINDOW = 1 << 20;
+const WIDEST = 1 << 23;
+/** What a program says that finds no more memory. */
+const NO_MEMORY =
+  'The calculation needs more memory than a browser gives it (4 GB). Use fewer rows: in the map, [[windows]] takes parts of a log, and ' +
+  '[resample] makes its rows fewer. The command `touchdown` has no such limit.';
 const ALL_RIGHTS = 0xffffffffffffffffn;
 
 class Exit extends Error {
@@ -33,13 +40,40 @@ class Exit extends Error {
   }
 }
 
+/** Why a program has no answer, in words for people. */
+export class Failure extends Error {}
+
+/** A slice of a file. */
+function slice(of: Blob, name: string, from: number, to: number): Uint8Array<ArrayBuffer> {
+  try {
+    return new Uint8Array(new FileReaderSync().readAsArrayBuffer(of.slice(from, to)));
+  } catch {
+    throw new Failure(`${name}: the browser can no longer read this file: it was changed, moved or deleted since it was dropped, or it is a folder. Drop it again.`);
+  }
+}
+
+/** A port that nobody listens to. */
+const nobody = (() => {
+  const { port1, port2 } = new MessageChannel();
+  port2.close();
+  return port1;
+})();
+
+/** Frees the memory of a slice: Chromium kept all slices until the end of a calculation, which is the whole file. */
+function free({ buffer }: Uint8Array<ArrayBuffer>): void {
+  nobody.postMessage(null, [buffer]);
+}
+
 /** Reads a file slice by slice. */
 class Source {
   readonly size: number;
   private from = 0;
   private window = new Uint8Array();
 
-  constructor(private readonly input: Input) {
+  constructor(
+    private readonly input: Input,
+    private readonly name: string,
+  ) {
     this.size = input instanceof Blob ? input.size : input.length;
   }
 
@@ -51,8 +85,10 @@ class Source {
       return end - at;
     }
     if (at < this.from || at >= this.from + this.window.length) {
-      const slice = this.input.slice(at, Math.min(at + WINDOW, this.size));
-      this.window = new Uint8Array(new FileReaderSync().readAsArrayBuffer(slice));
+      const { length } = this.window;
+      const wanted = length > 0 && at === this.from + length ? Math.min(2 * length, WIDEST) : WINDOW;
+      free(this.window);
+      this.window = slice(this.input, this.name, at, Math.min(at + wanted, this.size));
       this.from = at;
     }
     const part = this.window.subarray(at - this.from, end - this.from);
@@ -108,7 +144,7 @@ export class Program {
     private readonly known: (line: string) => boolean = () => false,
   ) {
     this.open = [
-      { kind: STREAM, source: new Source(new TextEncoder().encode(stdin)), at: 0 },
+      { kind: STREAM, source: new Source(new TextEncoder().encode(stdin), 'the request'), at: 0 },
       { kind: STREAM, sink: this.stdout, at: 0 },
       { kind: STREAM, sink: this.stderr, at: 0 },
       { kind: FOLDER, at: 0 },
@@ -125,15 +161,16 @@ export class Program {
       (instance.exports._start as () => void)();
     } catch (error) {
       if (!(error instanceof Exit)) {
+        if (error instanceof Failure) throw error;
         // A trap: what the program has said of it is on its standard error.
         const said = this.stderr.text();
-        throw new Error(said === '' ? String(error) : said);
+        throw new Failure(/memory allocation of \d+ bytes failed/.test(said) ? NO_MEMORY : `the calculation stopped: ${said === '' ? String(error) : said}`);
       }
       status = error.status;
     }
     const written = new Map<string, Uint8Array>();
     for (const [name, sink] of this.written) written.set(name, sink.bytes());
-    return { status, stdout: this.stdout.text(), stderr: this.stderr.text(), written };
+    return { memory: this.memory.buffer.byteLength, status, stdout: this.stdout.text(), stderr: this.stderr.text(), written };
   }
 
   private imports(module: WebAssembly.Module): Record<string, WebAssembly.ImportValue> {
@@ -287,7 +324,7 @@ export class Program {
       path_filestat_get: (_fd: number, _flags: number, path: number, length: number, at: number) => {
         const name = this.name(path, length);
         const input = this.files.get(name);
-        if (input) return this.stat(at, FILE, new Source(input).size);
+        if (input) return this.stat(at, FILE, new Source(input, name).size);
         const inside = `${name}/`;
         const isFolder = name === '' || [...this.files.keys()].some((file) => file.startsWith(inside));
         return isFolder ? this.stat(at, FOLDER, 0) : NO_ENTRY;
@@ -312,7 +349,7 @@ export class Program {
           this.written.set(name.slice(name.lastIndexOf('/') + 1), sink);
           opened = { kind: FILE, sink, at: 0 };
         } else if (input) {
-          opened = { kind: FILE, source: new Source(input), at: 0 };
+          opened = { kind: FILE, source: new Source(input, name), at: 0 };
         } else {
           return NO_ENTRY;
         }

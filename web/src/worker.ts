@@ -1,6 +1,6 @@
 // Runs the calculations: one request, one run of the program.
 
-import { Program, type Input } from './wasi';
+import { Failure, Program, type Input } from './wasi';
 
 /** What the page sends to a worker. */
 export interface Job {
@@ -12,8 +12,8 @@ export interface Job {
 /** What a worker sends back: stages of the calculation, then its end. */
 export type Report =
   | { stage: string }
-  | { result: unknown; written: Map<string, Uint8Array> }
-  | { error: string };
+  | { result: unknown; written: Map<string, Uint8Array>; memory: number }
+  | { error: string; memory: number };
 
 addEventListener('message', (event: MessageEvent<Job>) => {
   const { module, request, files } = event.data;
@@ -21,13 +21,15 @@ addEventListener('message', (event: MessageEvent<Job>) => {
   try {
     const run = new Program(files, JSON.stringify(request), passOn).run(module);
     const answer = JSON.parse(run.stdout) as { result?: unknown; error?: string };
+    const { memory } = run;
     report =
       answer.error === undefined
-        ? { result: answer.result, written: run.written }
-        : { error: answer.error };
+        ? { result: answer.result, written: run.written, memory }
+        : { error: answer.error, memory };
   } catch (error) {
-    const text = error instanceof Error ? error.message : String(error);
-    report = { error: `the calculation stopped: ${text}` };
+    // A program that stopped may have had any memory.
+    const text = error instanceof Failure ? error.message : `the calculation stopped: ${String(error)}`;
+    report = { error: text, memory: Infinity };
   }
   postMessage(report);
 });

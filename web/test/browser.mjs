@@ -120,15 +120,6 @@ export class Page {
     );
   }
 
-  /** Makes a file of lines, without its bytes going through the debugger's line, and drops it. */
-  async dropLines(name, head, line, count) {
-    await this.page.evaluate((of, first, each, many) => {
-      const transfer = new DataTransfer();
-      transfer.items.add(new File([first, ...Array.from({ length: 1000 }, () => each.repeat(many / 1000))], of));
-      document.querySelector('.drop').dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true }));
-    }, name, head, line, count);
-  }
-
   tab(name) {
     return this.page.click(`#tab-${name}`);
   }

@@ -708,7 +708,12 @@ test('regress_tabs_by_keyboard', async () => {
   await lab.page.focus('#tab-log');
   await lab.page.keyboard.press('ArrowRight');
   assert.equal(await lab.page.$eval('#model', (panel) => panel.hidden), false);
-  assert.equal(await lab.page.evaluate(() => document.activeElement.id), 'tab-model');
+  const focused = () => lab.page.evaluate(() => document.activeElement.id);
+  assert.equal(await focused(), 'tab-model');
+  await lab.page.keyboard.press('End');
+  assert.equal(await focused(), 'tab-deck');
+  await lab.page.keyboard.press('Home');
+  assert.equal(await focused(), 'tab-log');
   await lab.close();
 });
 

@@ -187,7 +187,7 @@ impl fmt::Display for Warning {
             ),
             Self::OneRotorAssumed => f.write_str(
                 "the thrust is taken for that of one rotor, because nothing says how many were measured. If it is that of more, \
-                 identify again with --rotors N",
+                 state `measured_rotors` in the table [vehicle] of the map or of the settings, and identify again",
             ),
             Self::NotConverged => f.write_str(
                 "the fit ended before its minimum: its coefficients have no intervals",

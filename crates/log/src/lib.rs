@@ -20,7 +20,7 @@
 //! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
 //!   bit. [`inspect`] summarises a table and suggests a map; [`inspect_file`] does so in bounded
 //!   memory (for Parquet, in that of one row group). [`inspect_mapped`] makes the trial of a map in
-//!   the same pass, and holds the map's columns alone.
+//!   the same pass, and holds its channels alone.
 //!
 //! ```
 //! use touchdown_log::{Map, apply, parse_csv};

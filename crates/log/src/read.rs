@@ -1,7 +1,8 @@
 //! Reads a file into a trial in one step.
 
 use crate::inspection::Inspector;
-use crate::tables::{self, GatheredColumns};
+use crate::map::by_parts::MappedParts;
+use crate::tables;
 use crate::{Findings, Inspection, LogError, Map, apply, read_table};
 use std::path::Path;
 use touchdown_trial::Trial;
@@ -14,8 +15,8 @@ use touchdown_trial::Trial;
     doc = "[built-in map](Map::built_in) that fits it."
 )]
 ///
-/// Of a table with a map only the columns that the map names are held in memory. Their types are those of the first 4 MB of a
-/// text table in which they have values.
+/// Of a table with a map only the channels are held in memory. The types of its columns are those of the first 4 MB of a text table in
+/// which they have values.
 ///
 /// # Errors
 /// Those of [`read_table`], [`Map::identity_for`] and [`apply`].
@@ -28,17 +29,23 @@ pub fn read_trial(
         return log.trial(map);
     }
     if let Some(map) = map {
+        let path = path.as_ref();
         let names = map.names();
-        let (table, read) = tables::read_columns(path.as_ref(), &|name| names.contains(name))?;
-        let (trial, applied) = apply(&table, map)?;
-        return Ok((trial, read.then(applied)));
+        let wanted = |name: &str| names.contains(name);
+        let mut mapped = mapped_parts(path, map);
+        let (sha256, read) = tables::each_part(path, Some(&wanted), &mut |part| mapped.add(part))?;
+        return match mapped.trial(&sha256) {
+            Some(Ok((trial, applied))) => Ok((trial, read.then(applied))),
+            // An error names all columns that there are, and of Parquet only those that are wanted were read.
+            _ => whole(path, map),
+        };
     }
     let (table, read) = read_table(path)?;
     let (trial, applied) = apply(&table, &Map::identity_for(&table)?)?;
     Ok((trial, read.then(applied)))
 }
 
-/// What is in a table's file, and its trial by a map, in one pass: of the columns only those that the map names are held.
+/// What is in a table's file, and its trial by a map, in one pass: only the channels are held.
 ///
 /// # Errors
 /// Those of [`inspect_file`](crate::inspect_file) and [`apply`].
@@ -47,20 +54,29 @@ pub fn inspect_mapped(
     map: &Map,
 ) -> Result<(Inspection, Trial, Findings), LogError> {
     let path = path.as_ref();
-    let names = map.names();
-    let wanted = |name: &str| names.contains(name);
-    let (bytes, parts) = tables::size_in_parts(path);
     let mut looking = Inspector::new(None);
-    let mut gathered = GatheredColumns::new(&wanted, parts);
-    let (sha256, read) = tables::each_part(path, &mut |part| {
+    let mut mapped = mapped_parts(path, map);
+    let (sha256, read) = tables::each_part(path, None, &mut |part| {
         looking.part(&part.columns, &part.row_numbers);
-        gathered.add(part.columns, &part.row_numbers);
+        mapped.add(part);
     })?;
+    let (trial, findings) = match mapped.trial(&sha256) {
+        Some(made) => made.map(|(trial, applied)| (trial, read.then(applied)))?,
+        None => whole(path, map)?,
+    };
     let name = path.display().to_string();
-    let (trial, applied) = apply(&gathered.table(&name, sha256.clone(), bytes), map)?;
-    Ok((
-        looking.finish(&name, Some(sha256)),
-        trial,
-        read.then(applied),
-    ))
+    Ok((looking.finish(&name, Some(sha256)), trial, findings))
+}
+
+fn mapped_parts<'a>(path: &Path, map: &'a Map) -> MappedParts<'a> {
+    let (bytes, parts) = tables::size_in_parts(path);
+    MappedParts::new(map, &path.display().to_string(), bytes, parts)
+}
+
+/// Applies a map to the columns that it names, which are held as a whole.
+fn whole(path: &Path, map: &Map) -> Result<(Trial, Findings), LogError> {
+    let names = map.names();
+    let (table, read) = tables::read_columns(path, &|name| names.contains(name))?;
+    let (trial, applied) = apply(&table, map)?;
+    Ok((trial, read.then(applied)))
 }

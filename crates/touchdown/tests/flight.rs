@@ -360,7 +360,7 @@ fn xval_a_gentle_flight_by_its_specific_force_says_which_form_gives_the_lag() {
     // Disturbances as slow as the throttle's changes: the lag's interval is wider than the lag.
     let error = fails(1, all());
     assert!(
-        error.contains("try --form lagged_motors") && error.contains("pulses"),
+        error.contains("try the form `lagged_motors`") && error.contains("pulses"),
         "{error}"
     );
     let form = ["--form", "lagged_motors"].map(PathBuf::from);

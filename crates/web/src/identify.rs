@@ -1,11 +1,9 @@
 //! Thrust and ground effect as model cards.
 
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
 use touchdown_campaign::progress::Silent;
-use touchdown_campaign::settings_file;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{
     Routed, ground_effect_by_routes, thrust_of_flights, with_thrust,
@@ -15,9 +13,7 @@ use touchdown_identify::rig::GroundTrial;
 use touchdown_identify::rig::forms::{self, LEVEL_STEPS};
 use touchdown_identify::rig::identifiability::examine_trials;
 use touchdown_identify::settings::VehicleSettings;
-use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
-use touchdown_log::{Findings, Map};
-use touchdown_model::card::{Input, Vehicle};
+use touchdown_identify::{FittedCard, thrust};
 use touchdown_model::{Card, Form};
 use touchdown_pages::identify::summary::{Failed, Fitted, Outcome};
 use touchdown_pages::identify::{
@@ -27,12 +23,10 @@ use touchdown_pages::logs::{label, once, word};
 use touchdown_trial::Trial;
 
 use crate::Stages;
-use crate::inspect::parse_map;
+use crate::logs::{Logs, file_name};
 use crate::plot::Plot;
 use crate::request::{Data, Error, Result};
 
-/// Name of the settings in messages.
-const SETTINGS: &str = "the settings";
 /// The last stage.
 const DRAWING: &str = "Drawing the report";
 
@@ -80,89 +74,7 @@ impl Fit {
     }
 }
 
-/// Logs, read and mapped, with the settings of their identification.
-struct Logs {
-    /// The files, without their folders.
-    names: Vec<PathBuf>,
-    map: Option<Map>,
-    settings: IdentificationSettings,
-    trials: Vec<Trial>,
-    findings: Vec<Findings>,
-}
-
 impl Logs {
-    fn read(data: &Data, stages: Stages<'_>) -> Result<Self> {
-        let map = data.map.as_deref().map(parse_map).transpose()?;
-        let settings: IdentificationSettings = settings_file::parse(&data.settings, SETTINGS)?;
-        settings.check(SETTINGS)?;
-        let of_map = map.as_ref().map(Map::vehicle).unwrap_or_default();
-        let mut settings = settings.of_vehicle(VehicleSettings {
-            mass_kg: of_map.mass_kg,
-            rotor_radius_m: of_map.rotor_radius_m,
-            arm_m: of_map.arm_m,
-            rotors: of_map.rotors,
-            measured_rotors: of_map.measured_rotors,
-        });
-        let flight = &mut settings.flight;
-        flight.mass_kg = flight.mass_kg.or(map.as_ref().and_then(Map::mass_kg));
-        let mut trials = Vec::new();
-        let mut findings = Vec::new();
-        for (k, path) in data.logs.iter().enumerate() {
-            let (name, of) = (file_name(path), data.logs.len());
-            stages(&format!("Reading {name} ({} of {of})", k + 1));
-            let (trial, found) = touchdown_log::read_trial(path, map.as_ref())?;
-            trials.push(trial.with_name(stem(path)));
-            findings.push(found);
-        }
-        if trials.is_empty() {
-            return Err(Error::Data("expected at least one log".to_string()));
-        }
-        Ok(Self {
-            names: data.logs.iter().map(|p| file_name(p).into()).collect(),
-            map,
-            settings,
-            trials,
-            findings,
-        })
-    }
-
-    /// Whether nothing measured the thrust of any log.
-    fn are_flights(&self) -> bool {
-        self.trials.iter().all(|t| t.channel("thrust_n").is_none())
-    }
-
-    fn origin(&self, data: &Data) -> Result<Origin> {
-        let known = &self.settings.vehicle;
-        let vehicle = Vehicle {
-            name: self.map.as_ref().map_or("", Map::description).to_string(),
-            mass_kg: known.mass_kg,
-            rotor_radius_m: known.rotor_radius_m,
-            rotors: known.rotors,
-            arm_m: known.arm_m,
-        };
-        let mut origin = Origin::of(&self.trials, vehicle);
-        origin
-            .provenance
-            .inputs
-            .extend(data.map.as_ref().map(|text| Input {
-                name: "map.toml".to_string(),
-                sha256: touchdown_log::sha256(text.as_bytes()),
-            }));
-        let text = settings_file::to_toml(&self.settings)?;
-        origin.provenance.settings_sha256 = Some(touchdown_log::sha256(text.as_bytes()));
-        Ok(origin)
-    }
-
-    /// What a person should know of each log, with its name.
-    fn warnings_by_log(&self) -> Vec<(PathBuf, String)> {
-        let each = self.names.iter().zip(&self.findings);
-        let warnings = each.flat_map(|(name, findings)| {
-            let all = findings.warnings.iter().cloned().chain(findings.loss());
-            all.map(|text| (name.clone(), text))
-        });
-        warnings.collect()
-    }
-
     /// A fit as the report has it; `warnings` stand beside those of the fit.
     fn outcome(
         &self,
@@ -174,10 +86,6 @@ impl Logs {
         fitted.flight = flight.cloned().map(Box::new);
         fitted.warnings.extend_from_slice(warnings);
         Outcome::Fitted(fitted)
-    }
-
-    fn rows_dropped(&self) -> usize {
-        self.findings.iter().map(Findings::rows_dropped).sum()
     }
 
     fn identified(
@@ -204,24 +112,12 @@ fn command(what: &str, data: &Data, thrust: bool) -> String {
     let mut words = vec![format!("touchdown identify {what}")];
     words.extend(data.logs.iter().map(|path| word(&file_name(path))));
     words.extend(data.map.is_some().then(|| "--map map.toml".to_string()));
-    if !data.settings.trim().is_empty() {
+    if !data.settings.trim().is_empty() || data.vehicle != VehicleSettings::default() {
         words.push("--settings settings.toml".to_string());
     }
     words.extend(thrust.then(|| "--thrust thrust.toml".to_string()));
     words.push("--out results".to_string());
     words.join(" ")
-}
-
-/// The last part of a path.
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
-}
-
-/// The file's name without its extension.
-fn stem(path: &Path) -> String {
-    path.file_stem()
-        .map_or_else(|| "log".to_string(), |s| s.to_string_lossy().into_owned())
 }
 
 /// Passes on how many of some steps are done.

@@ -13,6 +13,7 @@
 //! | [`request`] | requests, and what an answer is when it is an error |
 //! | `inspect` | what is in a log, the map that fits or a map to start from, and its channels |
 //! | `identify` | thrust and ground effect as model cards, with curves and residuals |
+//! | `logs` | the logs of an identification, with its settings |
 //! | `land` | landings of a scenario: rows of a campaign, and the frames of one landing |
 //! | `example` | logs of the virtual rig and of simulated flights |
 //! | `plot` | curves and points, few enough for a screen |
@@ -21,6 +22,7 @@ mod example;
 mod identify;
 mod inspect;
 mod land;
+mod logs;
 mod plot;
 pub mod request;
 

@@ -104,16 +104,20 @@ impl Series {
     /// A series of at most 4000 points. Of more, the least and the greatest of each equal part stay, in their order,
     /// so that no peak is lost.
     pub(crate) fn new(name: impl Into<String>, style: Style, x: &[f64], y: &[f64]) -> Self {
-        let rows: Vec<usize> = (0..x.len().min(y.len()))
-            .filter(|&i| x[i].is_finite() && y[i].is_finite())
-            .collect();
-        let kept = if rows.len() <= MOST {
-            rows
+        let rows = || (0..x.len().min(y.len())).filter(|&i| x[i].is_finite() && y[i].is_finite());
+        let count = rows().count();
+        let mut kept = Vec::new();
+        if count <= MOST {
+            kept.extend(rows());
         } else {
-            rows.chunks(rows.len().div_ceil(MOST / 2))
-                .flat_map(|part| extremes(part, y))
-                .collect()
-        };
+            // A list of all rows of a long series would take half of its memory.
+            let length = count.div_ceil(MOST / 2);
+            let mut rows = rows();
+            for _ in 0..count.div_ceil(length) {
+                let part: Vec<usize> = rows.by_ref().take(length).collect();
+                kept.extend(extremes(&part, y));
+            }
+        }
         Self {
             name: name.into(),
             style,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 use thiserror::Error;
+use touchdown_identify::settings::VehicleSettings;
 
 /// What the page asks for.
 #[derive(Debug, Deserialize)]
@@ -76,6 +77,9 @@ pub struct Data {
     /// Settings of `touchdown identify` as TOML; keys that are absent have their defaults.
     #[serde(default)]
     pub settings: String,
+    /// What the page's fields state of the vehicle.
+    #[serde(default)]
+    pub vehicle: VehicleSettings,
 }
 
 /// Logs to try the lab with.

@@ -322,8 +322,8 @@ pub(super) fn follows(
             .map_or_else(String::new, |e| {
                 format!(
                     "quick changes of the throttle too weak against the disturbances to resolve the motors' lag (record pulses of the \
-                     throttle, a second up and a second down; or try --form lagged_motors, which takes disturbances for noise: \
-                     with a lag dlnT/dlns would be {e:.2}); without one, "
+                     throttle, a second up and a second down; or try the form `lagged_motors` (setting `thrust.form`), which takes \
+                     disturbances for noise: with a lag dlnT/dlns would be {e:.2}); without one, "
                 )
             });
         return fault(format!(

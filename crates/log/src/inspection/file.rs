@@ -20,7 +20,7 @@ pub fn inspect_file(path: impl AsRef<Path>) -> Result<(Inspection, Findings), Lo
     let path = path.as_ref();
     let mut looking = Inspector::new(None);
     let mut visit = |part: TablePart| looking.part(&part.columns, &part.row_numbers);
-    let (sha256, findings) = tables::each_part(path, &mut visit)?;
+    let (sha256, findings) = tables::each_part(path, None, &mut visit)?;
     let name = path.display().to_string();
     Ok((looking.finish(&name, Some(sha256)), findings))
 }

@@ -1,23 +1,16 @@
+use super::Window;
+use super::evaluate::{evaluate, is_known};
 use super::median::running_median;
 use super::rows::{Rows, TableRows};
-use super::{Rule, Window};
 use crate::inspection::LONG_STEP_S;
 use crate::tables::stamps::{increasing, is_increasing};
 use crate::{Findings, LogError, Map, Table, limits};
-use sindy_expr::{Expr, Program, Scratch};
-use std::collections::HashSet;
 use std::path::Path;
 use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
 
 /// Tolerance of throttles at the limits of `[0, 1]`, for rounding in single precision, in which autopilots reckon: some 1e-7
 /// after a few operations (ArduPilot logs -3e-8). It only decides on a warning.
 const THROTTLE_SLACK: f64 = 1e-6;
-/// Rows that are evaluated at once, for the processor's caches. The value affects only speed.
-const BLOCK: usize = 4096;
-/// The name under which expressions know the row's number.
-const ROW: &str = "row";
-/// The name under which expressions know the vehicle's mass.
-const MASS: &str = "mass_kg";
 
 /// Makes the trial that the map describes, and counts the rows that it drops.
 ///
@@ -44,11 +37,6 @@ pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
     Ok((trial, findings))
 }
 
-/// Whether expressions know the name for any table.
-pub(crate) fn is_known(map: &Map, name: &str) -> bool {
-    name == ROW || (name == MASS && map.mass_kg().is_some())
-}
-
 /// As [`apply`] for a map without alternatives and definitions. Channels in `not_empty` are omitted
 /// if they have no value.
 pub(crate) fn apply_resolved(
@@ -56,11 +44,35 @@ pub(crate) fn apply_resolved(
     map: &Map,
     not_empty: &[String],
 ) -> Result<(Trial, Findings), LogError> {
+    let mut columns = Vec::new();
+    evaluate(source, map, &mut columns)?;
+    let file = MappedFile {
+        path: source.path(),
+        sha256: source.sha256(),
+        rows: source.len(),
+    };
+    trial_of(columns, &file, map, not_empty)
+}
+
+/// The file that a map was applied to.
+pub(super) struct MappedFile<'a> {
+    pub(super) path: &'a str,
+    pub(super) sha256: &'a str,
+    /// Number of rows.
+    pub(super) rows: usize,
+}
+
+/// The trial of evaluated channels, which are followed by the row filter if there is one.
+pub(super) fn trial_of(
+    mut columns: Vec<(String, Vec<f64>)>,
+    file: &MappedFile<'_>,
+    map: &Map,
+    not_empty: &[String],
+) -> Result<(Trial, Findings), LogError> {
     let mut findings = Findings {
-        rows_read: source.len(),
+        rows_read: file.rows,
         ..Findings::default()
     };
-    let mut columns = evaluate(source, map)?;
     gaps_for_infinite(&mut columns, &mut findings);
     let keep = map.keep.as_ref().and_then(|_| columns.pop());
     let time = columns.iter().position(|(name, _)| name == TIME_CHANNEL);
@@ -68,7 +80,7 @@ pub(crate) fn apply_resolved(
     let taken = rows_to_take(&time_s, keep, &mut findings);
     warn_of_stamps(&mut findings);
 
-    let path = source.path();
+    let path = file.path;
     let of_trial = |source| LogError::Trial {
         path: path.to_owned(),
         source,
@@ -101,7 +113,7 @@ pub(crate) fn apply_resolved(
             path: path.to_owned(),
             reason: format!(
                 "of {} rows {} were removed by the filter, {} have bad stamps, {} lie outside the windows",
-                source.len(),
+                file.rows,
                 findings.rows_filtered,
                 findings.rows_dropped(),
                 findings.rows_outside_windows
@@ -111,7 +123,7 @@ pub(crate) fn apply_resolved(
     warn_of_values(&trial, &mut findings);
     let mut provenance = Provenance::new(Source::File {
         path: path.to_owned(),
-        sha256: source.sha256().to_owned(),
+        sha256: file.sha256.to_owned(),
     });
     provenance.notes = notes(map, &findings);
     let trial = resample_and_join(trial, parts, map).map_err(of_trial)?;
@@ -151,70 +163,6 @@ fn rows_to_take(
     findings.duplicate_stamps = kept.duplicate;
     findings.backward_stamps = kept.backward;
     Some(kept.rows)
-}
-
-/// The values of an expression, one for each row.
-enum Input {
-    Row,
-    Mass,
-    Column(usize),
-}
-
-/// All channels in the map's order, then the row filter if there is one.
-fn evaluate(source: &mut dyn Rows, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
-    let rules: Vec<&Rule> = map.channels.iter().chain(&map.keep).collect();
-    // There is always one input, so that a constant expression knows its number of rows.
-    let row = source.place(ROW).map_or(Input::Row, Input::Column);
-    let mut inputs: Vec<(&str, Input)> = vec![(ROW, row)];
-    let mut known = HashSet::from([ROW]);
-    for rule in &rules {
-        for name in rule.expr.variables() {
-            if !known.insert(name) {
-                continue;
-            }
-            let input = match source.place(name) {
-                Some(place) => Input::Column(place),
-                None if name == MASS && map.mass_kg().is_some() => Input::Mass,
-                None => return Err(source.lacks(rule, name)),
-            };
-            inputs.push((name, input));
-        }
-    }
-    let expressions: Vec<Expr> = rules.iter().map(|rule| rule.expr.clone()).collect();
-    let names: Vec<&str> = inputs.iter().map(|(name, _)| *name).collect();
-    let program = Program::compile(&expressions, &names).map_err(|error| LogError::MapValue {
-        at: Box::new(rules[0].place.clone()),
-        expected: "expressions over the table's columns".to_owned(),
-        found: error.to_string(),
-    })?;
-    let rows = source.len();
-    let mut columns: Vec<(String, Vec<f64>)> = rules
-        .iter()
-        .map(|rule| (rule.channel.clone(), Vec::with_capacity(rows)))
-        .collect();
-    let mut blocks = vec![vec![0.0; BLOCK.min(rows)]; inputs.len()];
-    let mut output = vec![0.0; BLOCK.min(rows) * columns.len()];
-    let mut scratch = Scratch::new();
-    for first in (0..rows).step_by(BLOCK) {
-        let length = BLOCK.min(rows - first);
-        for ((_, input), block) in inputs.iter().zip(&mut blocks) {
-            let block = &mut block[..length];
-            match *input {
-                Input::Row => (first..)
-                    .zip(block)
-                    .for_each(|(row, value)| *value = source.row_number(row) as f64),
-                Input::Mass => block.fill(map.mass_kg().unwrap_or(f64::NAN)),
-                Input::Column(place) => source.fill(place, first, block),
-            }
-        }
-        let given: Vec<&[f64]> = blocks.iter().map(|block| &block[..length]).collect();
-        let output = &mut output[..length * columns.len()];
-        program.eval_block(&given, output, &mut scratch);
-        for ((_, column), values) in columns.iter_mut().zip(output.chunks_exact(length)) {
-            column.extend_from_slice(values);
-        }
-    }
-    Ok(columns)
 }
 
 /// The parts of the trial inside the map's windows, in order of time and without overlap; `None` if
@@ -300,7 +248,15 @@ fn warn_of_stamps(findings: &mut Findings) {
 }
 
 fn warn_of_values(trial: &Trial, findings: &mut Findings) {
-    if let Some(period_s) = trial.period_s().filter(|&period_s| period_s > LONG_STEP_S) {
+    let stamps = trial.time_s();
+    let is_long = |pair: &&[f64]| pair[1] - pair[0] > LONG_STEP_S;
+    let long = stamps.windows(2).filter(is_long).count();
+    // A median takes a copy of all steps: it is computed where it can be long.
+    let period_s = (2 * long + 1 >= stamps.len()).then(|| trial.period_s());
+    if let Some(period_s) = period_s
+        .flatten()
+        .filter(|&period_s| period_s > LONG_STEP_S)
+    {
         findings.warnings.push(format!(
             "time_s: the median step is {period_s} s; is it in milliseconds?"
         ));

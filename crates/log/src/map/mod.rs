@@ -1,7 +1,9 @@
 //! Maps: how the channels of a trial follow from the columns of a table or a log.
 
 pub(crate) mod apply;
+pub(crate) mod by_parts;
 mod define;
+pub(crate) mod evaluate;
 mod median;
 mod names;
 pub(crate) mod resolve;

@@ -4,7 +4,7 @@ use super::{Column, ColumnKind, Table};
 
 /// Room beyond the number of rows that the first part lets expect: rows at the end of a log may be shorter than those at its
 /// start. A table that needs more grows once.
-const SPARE: f64 = 1.02;
+pub(crate) const SPARE: f64 = 1.02;
 
 /// The wanted columns of all parts so far, and the names of all others.
 pub(crate) struct GatheredColumns<'a> {

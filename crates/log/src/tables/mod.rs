@@ -11,7 +11,7 @@ use crate::{Findings, LogError};
 use std::path::Path;
 
 pub(crate) use csv::TablePart;
-pub(crate) use gather::GatheredColumns;
+pub(crate) use gather::{GatheredColumns, SPARE};
 
 pub use csv::{parse_csv, read_csv, to_csv, write_csv};
 #[cfg(feature = "parquet")]
@@ -42,20 +42,23 @@ pub fn read_table(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError>
 const PART: usize = 4 << 20;
 
 /// Passes the rows of a table on part by part, in memory that does not grow with the file: 4 MB of a text table, a row group of
-/// Parquet. Returns the file's SHA-256.
+/// Parquet. Of Parquet, columns that are not wanted are not read. Returns the file's SHA-256.
 pub(crate) fn each_part(
     path: &Path,
+    wanted: Option<&dyn Fn(&str) -> bool>,
     visit: &mut dyn FnMut(TablePart),
 ) -> Result<(String, Findings), LogError> {
     #[cfg(feature = "parquet")]
     if parquet::is_parquet(path) {
-        return parquet::each_group(path, None, None, &mut |columns, rows| {
+        return parquet::each_group(path, wanted, None, &mut |columns, rows| {
             visit(TablePart {
                 row_numbers: rows.collect(),
                 columns,
             });
         });
     }
+    #[cfg(not(feature = "parquet"))]
+    let _ = wanted;
     let name = path.display().to_string();
     let file = touchdown_files::open(path).map_err(|source| LogError::Read {
         path: name.clone(),
@@ -83,7 +86,7 @@ pub(crate) fn read_columns(
     }
     let (bytes, parts) = size_in_parts(path);
     let mut gathered = GatheredColumns::new(wanted, parts);
-    let (sha256, findings) = each_part(path, &mut |part| {
+    let (sha256, findings) = each_part(path, None, &mut |part| {
         gathered.add(part.columns, &part.row_numbers);
     })?;
     Ok((

@@ -3,7 +3,8 @@
 use super::joined::Joined;
 use super::log::{Gathered, Log};
 use super::survey::Survey;
-use crate::map::apply::{apply_resolved, is_known};
+use crate::map::apply::apply_resolved;
+use crate::map::evaluate::is_known;
 use crate::map::resolve::Resolved;
 use crate::map::{Map, Rule};
 use crate::{Findings, LogError, limits};
