@@ -1,5 +1,7 @@
 //! Regression: supports and coefficients from slopes or the weak form, as models and as starts.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -19,6 +21,7 @@ use crate::solve::sign::{self, Sign};
 use crate::solve::stepwise::{Direction, Stepwise};
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::{Accumulate, Gram};
+use crate::statistics::regression::{LastInverse, Refits};
 use crate::statistics::tsqr::CONDITION_LIMIT;
 use crate::trajectory::output_error::irrelevant;
 use crate::weak::WeakForm;
@@ -235,14 +238,21 @@ fn part(gram: &Gram, terms: &[usize]) -> Gram {
 }
 
 /// Least squares on a support without the terms that hardly contribute.
-pub(crate) fn relevant(total: &Gram, fit: &Fit, share: f64) -> Fit {
-    let rms = total.column_rms();
+pub(crate) fn relevant(refits: &mut Refits<'_>, fit: &Fit, share: f64) -> Fit {
+    let rms = refits.gram.column_rms();
     let all = [(0..fit.support.len()).collect()];
     let mut support = fit.support.clone();
     for j in irrelevant(&fit.coefficients, rms.as_slice(), &all, share) {
         support[j] = false;
     }
-    Fit::on_support(total, support, fit.outcome, fit.iterations)
+    let coefficients = refits.on(&support);
+    Fit::new(
+        refits.gram,
+        coefficients,
+        support,
+        fit.outcome,
+        fit.iterations,
+    )
 }
 
 /// Computes best subsets, and SR3 over the whole grid of λ and ν. Where free runs judge, every support that the grid
@@ -258,13 +268,15 @@ pub(super) fn solve(
     }
     .points()?;
     let family = sr3_points(&points)?;
+    let inverses = Arc::<LastInverse>::default();
     let equations: Vec<Equation> = statistics
         .grams
         .par_iter()
         .zip(signs)
         .map(|(parts, signs)| {
             let rows = statistics.independent;
-            Equation::solve(parts, signs, rows, settings, (&family, points.len()))
+            let family = (&family as &dyn Family, points.len());
+            Equation::solve(parts, signs, rows, settings, family, inverses.clone())
         })
         .collect::<Result<_, _>>()?;
     let subsets: Vec<Fit> = equations.iter().map(|e| e.subset.clone()).collect();
@@ -305,6 +317,7 @@ impl Equation {
         independent: f64,
         settings: &Settings,
         (family, points): (&dyn Family, usize),
+        inverses: Arc<LastInverse>,
     ) -> Result<Self, SindyError> {
         let total = Gram::total(parts);
         if total.xty.is_empty() {
@@ -334,8 +347,11 @@ impl Equation {
         };
         let selection = select(&folds, family, rule)?;
         let members = selection.members.iter();
-        let settled =
-            |fit: &Fit| sign::kept(&total, relevant(&total, fit, settings.relevance), signs);
+        let mut refits = Refits::new(&total, inverses);
+        let mut settled = |fit: &Fit| {
+            let relevant = relevant(&mut refits, fit, settings.relevance);
+            sign::kept(&total, relevant, signs)
+        };
         Ok(Self {
             subset: settled(&subset),
             grid: members.map(|m| settled(&m.fit)).collect(),

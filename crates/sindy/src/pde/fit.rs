@@ -1,5 +1,7 @@
 //! From the weak system of a field to its equation: terms, coefficients without the bias of noise, errors.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::alternatives::HiddenTerm;
@@ -9,7 +11,7 @@ use crate::identify::regress::{FRONT_NODES, best_subsets, relevant};
 use crate::solve::exact::BestSubsets;
 use crate::statistics::criteria::{Criterion, evidence_for};
 use crate::statistics::gram::Gram;
-use crate::statistics::regression::pseudo_inverse;
+use crate::statistics::regression::{Refits, pseudo_inverse};
 
 /// The noise's covariance is subtracted only where the smallest eigenvalue of the scaled normal matrix keeps at least this share
 /// of itself. Below it, the error of the subtraction is as large as the rest.
@@ -95,9 +97,10 @@ impl<'a> Search<'a> {
         let subsets = best_subsets(&total, FRONT_NODES)?;
         let most = subsets.choose(&total, Criterion::Bic, Some(self.independent))?;
         let most = most.fit.terms();
+        let mut refits = Refits::new(&total, Arc::default());
         let mut starts: Vec<Vec<usize>> = Vec::new();
         for start in subsets.sizes.iter().filter(|s| s.fit.terms() <= most) {
-            let start = relevant(&total, &start.fit, self.relevance);
+            let start = relevant(&mut refits, &start.fit, self.relevance);
             let terms = all.iter().copied().filter(|&j| start.support[j]).collect();
             if !starts.contains(&terms) {
                 starts.push(terms);

@@ -34,6 +34,8 @@
 
 mod rule;
 
+use std::sync::Arc;
+
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -45,6 +47,7 @@ use crate::solve::sr3::{Problem, Scaling, Sr3};
 use crate::solve::stlsq::Stlsq;
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::{Gram, check};
+use crate::statistics::regression::LastInverse;
 use rule::best_score;
 pub(crate) use rule::{OneError, mean_and_error, within_one_error};
 
@@ -276,9 +279,10 @@ pub fn sr3_points(points: &[(f64, f64)]) -> Result<impl Family + use<>, SindyErr
         .map(|&(lambda, nu)| Sr3::new(lambda, nu))
         .collect::<Result<Vec<_>, _>>()?;
     require(!solvers.is_empty(), "points", "at least one", "none")?;
+    let inverses = Arc::<LastInverse>::default();
     Ok(move |gram: &Gram| {
         check(gram)?;
-        let mut problem = Problem::new(gram, Scaling::UnitRms);
+        let mut problem = Problem::sharing(gram, Scaling::UnitRms, inverses.clone());
         let fit = |solver: &Sr3| {
             let s = solver.solve_again(&mut problem);
             Fit::new(gram, s.refit, s.support, s.outcome, s.iterations)

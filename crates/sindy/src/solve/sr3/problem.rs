@@ -1,18 +1,19 @@
 //! The problem that SR3 solves on statistics, once for each support.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{FixedPoint, Scaling, Solution};
 use crate::statistics::gram::Gram;
-use crate::statistics::normal::{BLOCK, Factor, solve_by_blocks, solve_with_ridge};
-use crate::statistics::regression::{least_squares, pseudo_inverse};
+use crate::statistics::normal::{solve_definite, solve_with_ridge};
+use crate::statistics::regression::{LastInverse, Refits, least_norm};
 
 /// Statistics in one scaling, and what has been solved on them so far: a grid of λ and ν meets the same
 /// supports again and again.
 pub(crate) struct Problem<'g> {
-    pub(super) gram: &'g Gram,
+    scaling: Scaling,
     /// In scaled coefficients ξ' = D ξ: G' = D⁻¹ G D⁻¹ / n, with the target's scale inside D.
     pub(crate) g: DMatrix<f64>,
     pub(crate) b: DVector<f64>,
@@ -23,11 +24,16 @@ pub(crate) struct Problem<'g> {
     root: Option<(DMatrix<f64>, DVector<f64>)>,
     /// By the bits of ν and the support; all terms together do not depend on ν.
     fixed_points: HashMap<(u64, Vec<bool>), DVector<f64>>,
-    refits: HashMap<Vec<bool>, DVector<f64>>,
+    refits: Refits<'g>,
 }
 
 impl<'g> Problem<'g> {
     pub(crate) fn new(gram: &'g Gram, scaling: Scaling) -> Self {
+        Self::sharing(gram, scaling, Arc::default())
+    }
+
+    /// The same with what problems of the same terms have computed.
+    pub(crate) fn sharing(gram: &'g Gram, scaling: Scaling, inverses: Arc<LastInverse>) -> Self {
         let p = gram.xty.len();
         let (scale, weight) = match scaling {
             Scaling::None => (DVector::from_element(p, 1.0), 1.0),
@@ -49,31 +55,37 @@ impl<'g> Problem<'g> {
                 gram.xtx[(i, j)] * weight / (scale[i] * scale[j])
             }),
             b: DVector::from_fn(p, |i, _| gram.xty[i] * weight / scale[i]),
-            gram,
+            scaling,
             scale,
             weight,
             fixed_points: HashMap::new(),
-            refits: HashMap::new(),
+            refits: Refits::new(gram, inverses),
         }
     }
 
     pub(super) fn fixed_point(&mut self, support: &[bool], nu: f64) -> DVector<f64> {
         let whole = support.iter().all(|s| *s);
         let key = (if whole { 0 } else { nu.to_bits() }, support.to_vec());
-        self.fixed_points
-            .entry(key)
-            .or_insert_with(|| match &self.root {
-                None => fixed_point(&self.g, &self.b, support, nu),
-                Some((theta, y)) => {
-                    solve_with_ridge(theta, y, |j| if support[j] { 0.0 } else { 1.0 / nu })
-                }
-            })
-            .clone()
+        if let Some(known) = self.fixed_points.get(&key) {
+            return known.clone();
+        }
+        let own = match &self.root {
+            Some((theta, y)) => {
+                solve_with_ridge(theta, y, |j| if support[j] { 0.0 } else { 1.0 / nu })
+            }
+            // Columns of equal length, so that the least norm is that of least squares, which other problems share.
+            None if whole && self.scaling == Scaling::UnitRms => {
+                self.refits.on(support).component_mul(&self.scale)
+            }
+            None => fixed_point(&self.g, &self.b, support, nu),
+        };
+        self.fixed_points.insert(key, own.clone());
+        own
     }
 
     /// `1/2 |y - Θ ξ|²` in the problem's scaling.
     pub(super) fn misfit(&self, xi: &DVector<f64>) -> f64 {
-        let square = self.gram.yty * self.weight;
+        let square = self.refits.gram.yty * self.weight;
         0.5 * (square - 2.0 * xi.dot(&self.b) + xi.dot(&(&self.g * xi)))
     }
 
@@ -98,33 +110,8 @@ impl<'g> Problem<'g> {
 
     /// Least squares on the support, in the units of the data.
     pub(super) fn refit(&mut self, support: &[bool]) -> DVector<f64> {
-        self.refits
-            .entry(support.to_vec())
-            .or_insert_with(|| refit(self.gram, support))
-            .clone()
+        self.refits.on(support)
     }
-}
-
-/// Least squares on the support by Cholesky's factor of the Gram matrix with a unit diagonal; where that is
-/// close to singular by its eigenvalues, and where there is a triangular factor by that.
-fn refit(gram: &Gram, support: &[bool]) -> DVector<f64> {
-    if gram.triangle.is_some() {
-        return least_squares(gram, support);
-    }
-    let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
-    let length: Vec<f64> = index.iter().map(|&j| gram.xtx[(j, j)].sqrt()).collect();
-    let mut factor = Factor::new(index.len());
-    for (a, &j) in index.iter().enumerate() {
-        let entry = |c: usize| gram.xtx[(j, index[c])] / (length[a] * length[c]);
-        if !factor.push(entry, gram.xty[j] / length[a]) {
-            return least_squares(gram, support);
-        }
-    }
-    let mut out = DVector::zeros(support.len());
-    for ((&j, length), xi) in index.iter().zip(&length).zip(factor.solve()) {
-        out[j] = xi / length;
-    }
-    out
 }
 
 /// The limit of the relaxation for a given support: `(G + P_N/ν) ξ = b`, where `P_N` picks the excluded
@@ -141,20 +128,5 @@ pub(super) fn fixed_point(
             a[(j, j)] += 1.0 / nu;
         }
     }
-    let found = match b.len() < 2 * BLOCK {
-        true => by_rows(&a, b),
-        false => solve_by_blocks(a.clone(), b),
-    };
-    found.unwrap_or_else(|| pseudo_inverse(&a) * b)
-}
-
-/// `A⁻¹ b` by Cholesky's factor; `None` where a column depends on those before.
-fn by_rows(a: &DMatrix<f64>, b: &DVector<f64>) -> Option<DVector<f64>> {
-    let mut factor = Factor::new(b.len());
-    for j in 0..b.len() {
-        if !factor.push(|c| a[(j, c)], b[j]) {
-            return None;
-        }
-    }
-    Some(DVector::from_vec(factor.solve()))
+    solve_definite(&a, b).unwrap_or_else(|| least_norm(&a, b))
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::SindyError;
 use crate::statistics::gram::Gram;
 use crate::statistics::gram::check;
-use crate::statistics::regression::pseudo_inverse;
+use crate::statistics::regression::least_norm;
 use crate::statistics::tsqr;
 
 /// A pivot below this share of its (unit) column counts as dependent: the Gram matrix squares the
@@ -96,7 +96,7 @@ impl Normal {
             if !factor.push(|c| entry(a, c), self.b[j]) {
                 let k = index.len();
                 let b = DVector::from_fn(k, |i, _| self.b[index[i]]);
-                return pseudo_inverse(&DMatrix::from_fn(k, k, entry)) * b;
+                return least_norm(&DMatrix::from_fn(k, k, entry), &b);
             }
         }
         DVector::from_vec(factor.solve())
@@ -212,7 +212,7 @@ impl Factor {
 mod additions;
 mod blocked;
 pub(crate) use additions::Additions;
-pub(crate) use blocked::{BLOCK, solve_by_blocks};
+pub(crate) use blocked::solve_definite;
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -1,10 +1,14 @@
 //! Least squares from sufficient statistics, and its standard errors.
 
 mod clusters;
+mod least_norm;
+mod refits;
 
 use nalgebra::{DMatrix, DVector};
 
 pub use clusters::{ClusterErrors, Clusters, cluster_errors, student_95};
+pub(crate) use least_norm::least_norm;
+pub(crate) use refits::{LastInverse, Refits};
 
 use crate::statistics::gram::Gram;
 
@@ -22,28 +26,60 @@ pub fn least_squares(gram: &Gram, support: &[bool]) -> DVector<f64> {
     if let Some(triangle) = &gram.triangle {
         return triangle.least_squares(support);
     }
-    let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
-    let mut out = DVector::zeros(support.len());
-    if index.is_empty() {
-        return out;
+    let normal = UnitLength::new(gram, support);
+    if normal.b.is_empty() {
+        return DVector::zeros(support.len());
     }
-    let scale: Vec<f64> = index.iter().map(|&j| length(gram, j)).collect();
-    let k = index.len();
-    let g = DMatrix::from_fn(k, k, |a, b| {
-        gram.xtx[(index[a], index[b])] / (scale[a] * scale[b])
-    });
-    let b = DVector::from_fn(k, |a, _| gram.xty[index[a]] / scale[a]);
-    let solution = pseudo_inverse(&g) * b;
-    for (a, &j) in index.iter().enumerate() {
-        out[j] = solution[a] / scale[a];
+    normal.spread(&(pseudo_inverse(&normal.g) * &normal.b))
+}
+
+/// The normal equations on a support, with columns of unit length.
+struct UnitLength {
+    g: DMatrix<f64>,
+    b: DVector<f64>,
+    /// Each column's term and length.
+    columns: Vec<(usize, f64)>,
+    /// Terms of the library.
+    p: usize,
+}
+
+impl UnitLength {
+    fn new(gram: &Gram, support: &[bool]) -> Self {
+        let terms = (0..support.len()).filter(|&j| support[j]);
+        let columns: Vec<(usize, f64)> = terms.map(|j| (j, length(gram, j))).collect();
+        let k = columns.len();
+        let g = DMatrix::from_fn(k, k, |a, b| {
+            let ((i, own), (j, other)) = (columns[a], columns[b]);
+            gram.xtx[(i, j)] / (own * other)
+        });
+        let b = DVector::from_iterator(k, columns.iter().map(|&(j, l)| gram.xty[j] / l));
+        Self {
+            g,
+            b,
+            columns,
+            p: support.len(),
+        }
     }
-    out
+
+    /// A solution in the units of the data, over all terms.
+    fn spread(&self, solution: &DVector<f64>) -> DVector<f64> {
+        let mut out = DVector::zeros(self.p);
+        for (&(j, length), xi) in self.columns.iter().zip(solution) {
+            out[j] = xi / length;
+        }
+        out
+    }
 }
 
 /// Length of column `j` (1 for a zero column).
 fn length(gram: &Gram, j: usize) -> f64 {
     let g = gram.xtx[(j, j)];
     if g > 0.0 { g.sqrt() } else { 1.0 }
+}
+
+/// Whether an eigenvalue is more than rounding beside the largest.
+fn is_counted(value: f64, largest: f64) -> bool {
+    value > RANK_TOLERANCE * largest && value > 0.0
 }
 
 /// Pseudo-inverse of a symmetric positive semi-definite matrix.
@@ -54,13 +90,9 @@ pub(crate) fn pseudo_inverse(g: &DMatrix<f64>) -> DMatrix<f64> {
     }
     let eigen = g.clone().symmetric_eigen();
     let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
-    let inverse = eigen.eigenvalues.map(|l| {
-        if l > RANK_TOLERANCE * largest && l > 0.0 {
-            1.0 / l
-        } else {
-            0.0
-        }
-    });
+    let inverse = eigen
+        .eigenvalues
+        .map(|l| if is_counted(l, largest) { 1.0 / l } else { 0.0 });
     &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
 }
 
