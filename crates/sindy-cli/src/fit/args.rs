@@ -110,9 +110,8 @@ pub(crate) struct FitArgs {
     /// Read the training data once, part by part: for tables larger than memory
     ///
     /// Memory does not grow with the rows (tens of MB for tables of a few columns). Slopes, terms and coefficients come from all rows, by regression
-    /// (best subsets and SR3). The refinement by output error, which would need the rows again, is left out. Noisy data of up
-    /// to some 50000 rows (`rows` in the settings) are better fitted without --stream. Of more rows the refinement sees that
-    /// many, so --stream is faster and its intervals can be narrower. The rows of a trajectory must follow each other.
+    /// (best subsets and SR3). The refinement by output error, which would need the rows again, is left out: noisy data that fit
+    /// into memory are fitted more accurately without --stream, in more time. The rows of a trajectory must follow each other.
     #[arg(long)]
     pub(crate) stream: bool,
     /// Write the sums of the pass to a file, from which `sindy merge` ends the fit: for many files on several machines

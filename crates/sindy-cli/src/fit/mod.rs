@@ -213,6 +213,7 @@ fn stage(progress: &Progress, steps: usize, rows: Option<usize>) -> String {
             start + 1,
             sindy::identify::ratio(*misfit)
         ),
+        Progress::AllRows { step } => format!("output error{of}, step {step} of at most {steps}"),
         _ => "fitting".to_owned(),
     }
 }

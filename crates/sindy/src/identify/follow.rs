@@ -1,5 +1,6 @@
 //! The output error from the best regressions, and from shorter arcs where whole trajectories cannot be followed.
 
+use super::all_rows::OnAllRows;
 use super::disturbed::{Surprises, Way, sources};
 use super::evidence::TermEvidence;
 use super::prepare::{self, Slopes};
@@ -10,7 +11,9 @@ use super::screen::Screen;
 use super::{Method, NoiseSource, Progress};
 use crate::solve::outcome::Outcome;
 use crate::solve::sign::Sign;
-use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, Step, System};
+use crate::trajectory::output_error::{
+    self, FIRST_ARC, OutputErrorFit, Piece, Start, Step, System,
+};
 
 /// Starts of the output error, at most. Two that agree end the search earlier; with twice as many, systems that two
 /// starts already settle take no longer.
@@ -53,6 +56,8 @@ pub(super) struct FollowedModel {
     pub surprises: Option<Surprises>,
     /// Whether a disturbed system is about as likely.
     pub is_ambiguous: bool,
+    /// What was seen of its terms on all rows, where they were chosen on a part of them.
+    pub on_all_rows: Option<OnAllRows>,
 }
 
 impl FollowedModel {
@@ -66,11 +71,11 @@ impl FollowedModel {
 pub(super) struct Search<'s> {
     pub system: &'s System,
     /// Coefficients of the models to start from, best first.
-    starts: &'s [Vec<f64>],
+    pub starts: &'s [Vec<f64>],
     pub pieces: &'s [Piece<'s>],
-    term_rms: &'s [f64],
+    pub term_rms: &'s [f64],
     /// Candidates that the system's were chosen from.
-    chosen_from: usize,
+    pub chosen_from: usize,
     pub signs: &'s [Sign],
 }
 
@@ -122,26 +127,22 @@ impl IdentificationRun<'_> {
             }
             Some(found)
         };
-        let first = with_inputs(&self.inputs.between);
-        let Some(between) = self
-            .inputs
-            .second
-            .clone()
-            .filter(|_| !self.settings.discrete)
-        else {
-            return first;
-        };
-        let second = with_inputs(&between);
-        let left = |followed: &Option<FollowedModel>| {
-            let followed = followed.as_ref();
-            followed.map_or(f64::INFINITY, |f| self.misfit(&f.fit))
-        };
-        if left(&second) < left(&first) {
-            self.inputs.between = between;
-            second
-        } else {
-            first
+        let mut found = with_inputs(&self.inputs.between);
+        let second = self.inputs.second.clone();
+        if let Some(between) = second.filter(|_| !self.settings.discrete) {
+            let other = with_inputs(&between);
+            let left = |followed: &Option<FollowedModel>| {
+                let followed = followed.as_ref();
+                followed.map_or(f64::INFINITY, |f| self.misfit(&f.fit))
+            };
+            if left(&other) < left(&found) {
+                self.inputs.between = between;
+                found = other;
+            }
         }
+        let mut found = found?;
+        self.on_all_rows(&mut found, slopes, &term_rms, progress);
+        Some(found)
     }
 
     /// The largest share of a state's noise (or of what is tolerated without noise) that is left.
@@ -326,6 +327,7 @@ impl IdentificationRun<'_> {
                         without_invariants: None,
                         surprises: None,
                         is_ambiguous: false,
+                        on_all_rows: None,
                     });
                 }
             }
@@ -351,6 +353,7 @@ impl IdentificationRun<'_> {
             iterations: self.settings.iterations,
             penalty: self.settings.penalty,
             longest,
+            first_arc: FIRST_ARC,
             relevance: self.settings.relevance,
         }
     }

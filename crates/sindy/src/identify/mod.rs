@@ -39,6 +39,7 @@
 //! [`Identification`] holds the choice, its reason, and every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
+mod all_rows;
 mod conserve;
 mod contradictions;
 mod discrete;

@@ -1,5 +1,6 @@
 //! From a fit to the identification's result: model, fronts, reason and warnings.
 
+use super::all_rows::OnAllRows;
 use super::evidence::{TermEvidence, intervals, of_regression, without_doubtful};
 use super::follow::FollowedModel;
 use super::neighbours;
@@ -135,7 +136,11 @@ impl IdentificationRun<'_> {
             None => "output_error",
             Some(_) => "prediction_error",
         };
-        let choice = self.choice(start, method, self.reason_of_fit(fit, start));
+        let choice = self.choice(
+            start,
+            method,
+            self.reason_of_fit(fit, start, followed.on_all_rows),
+        );
         let warnings = self.warnings_of_fit(followed);
         self.warnings.extend(warnings);
         let against = self.contradicted_by_trajectories(followed);
@@ -150,7 +155,12 @@ impl IdentificationRun<'_> {
         Ok(self.finish(model, equations, choice, ranked, fit.outcome))
     }
 
-    fn reason_of_fit(&self, fit: &OutputErrorFit, start: &RankedModel) -> String {
+    fn reason_of_fit(
+        &self,
+        fit: &OutputErrorFit,
+        start: &RankedModel,
+        on_all_rows: Option<OnAllRows>,
+    ) -> String {
         let terms = fit.coefficients.iter().filter(|c| **c != 0.0).count();
         let leave = match terms {
             1 => "term leaves",
@@ -165,9 +175,18 @@ impl IdentificationRun<'_> {
                 count(fit.iterations, "step")
             );
         }
+        let there = match on_all_rows {
+            Some(OnAllRows::Refined) => {
+                format!(
+                    " on the {} rows on which terms were chosen",
+                    self.settings.rows
+                )
+            }
+            _ => String::new(),
+        };
         format!(
             "output error: {terms} {leave} {} times the estimated noise over {} of the data; every other term is worth less \
-             than its penalty; started from {} ({})",
+             than its penalty{there}; started from {} ({})",
             ratio(self.misfit(fit)),
             count(fit.arcs, "arc"),
             start.regression.name,

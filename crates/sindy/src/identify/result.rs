@@ -35,6 +35,11 @@ pub enum Progress {
         /// Largest share of a state's noise that is left, 1 being the aim.
         misfit: f64,
     },
+    /// A Gauss–Newton step of the chosen terms on all rows of long data.
+    AllRows {
+        /// Steps so far.
+        step: usize,
+    },
 }
 
 /// A ratio as people read it: two decimals, or `less than 0.01` where these would be zero.

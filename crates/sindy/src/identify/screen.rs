@@ -1,18 +1,18 @@
-//! Large libraries: the candidates that the output error looks at.
+//! Some of the candidates as a system of their own: of large libraries those that the output error looks at.
 
 use super::follow::FollowedModel;
 use super::rank::RankedModel;
 use super::run::IdentificationRun;
 use crate::library::Library;
 use crate::model::Term;
-use crate::trajectory::output_error::System;
+use crate::trajectory::output_error::{OutputErrorFit, System};
 
 /// Candidates of all equations above which the output error looks only at terms that regressions kept: its steps cost the
 /// cube of their number. Half of it loses terms of larger libraries that no regression kept; twice takes eight times the
 /// time.
 const MOST_CANDIDATES: usize = 400;
 
-/// The candidates of a large library that regressions kept, as a system of their own.
+/// Candidates that were kept, as a system of their own.
 pub(super) struct Screen {
     pub system: System,
     /// Their numbers among all candidates.
@@ -38,6 +38,11 @@ impl Screen {
                 keep = with;
             }
         }
+        Self::of(run, &keep)
+    }
+
+    /// Those that are kept.
+    pub(super) fn of(run: &IdentificationRun<'_>, keep: &[bool]) -> Option<Self> {
         let mut libraries: Vec<Library> = Vec::new();
         let mut first = 0;
         for (library, _) in &run.libraries {
@@ -53,8 +58,8 @@ impl Screen {
             System::with_known(run.time, measured, run.data.inputs(), &libraries, &known).ok()?;
         Some(Self {
             system,
-            kept: (0..all).filter(|&j| keep[j]).collect(),
-            all,
+            kept: (0..keep.len()).filter(|&j| keep[j]).collect(),
+            all: keep.len(),
         })
     }
 
@@ -64,26 +69,31 @@ impl Screen {
         kept.filter_map(|&j| values.get(j).copied()).collect()
     }
 
-    /// A fit over all candidates again: nothing speaks for those that were left out.
+    /// A model over all candidates again.
     pub(super) fn widen(&self, found: &mut FollowedModel) {
-        let fit = &mut found.fit;
-        let wide = |values: &[f64], other: f64| {
-            let mut out = vec![other; self.all];
-            for (&j, value) in self.kept.iter().zip(values) {
-                out[j] = *value;
-            }
-            out
-        };
         if let Some(free) = &mut found.without_signs {
-            *free = wide(free, 0.0);
+            *free = self.wide(free, 0.0);
         }
-        fit.coefficients = wide(&fit.coefficients, 0.0);
-        fit.std_errors = wide(&fit.std_errors, 0.0);
-        fit.evidence = wide(&fit.evidence, f64::NEG_INFINITY);
+        self.widen_fit(&mut found.fit);
+    }
+
+    /// A fit over all candidates again: nothing speaks for those that were left out.
+    pub(super) fn widen_fit(&self, fit: &mut OutputErrorFit) {
+        fit.coefficients = self.wide(&fit.coefficients, 0.0);
+        fit.std_errors = self.wide(&fit.std_errors, 0.0);
+        fit.evidence = self.wide(&fit.evidence, f64::NEG_INFINITY);
         for alternative in fit.fronts.iter_mut().flatten() {
             for j in &mut alternative.support {
                 *j = self.kept[*j];
             }
         }
+    }
+
+    fn wide(&self, values: &[f64], other: f64) -> Vec<f64> {
+        let mut out = vec![other; self.all];
+        for (&j, value) in self.kept.iter().zip(values) {
+            out[j] = *value;
+        }
+        out
     }
 }

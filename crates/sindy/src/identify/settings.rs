@@ -185,7 +185,8 @@ pub struct Settings {
     pub growth: f64,
     /// Gauss–Newton steps of the output error, at most.
     pub iterations: usize,
-    /// Rows that the output error looks at, at most: evenly spread pieces of longer data.
+    /// Rows on which the output error chooses terms, at most: evenly spread pieces of longer data. The coefficients of a model that
+    /// follows whole trajectories are then those of all rows.
     pub rows: usize,
 }
 

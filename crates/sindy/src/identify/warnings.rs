@@ -1,5 +1,6 @@
 //! Warnings about data and fits.
 
+use super::all_rows::OnAllRows;
 use super::follow::FollowedModel;
 use super::known::KnownPart;
 use super::model::count;
@@ -17,6 +18,8 @@ use crate::statistics::gram::Gram;
 use crate::trajectory::output_error::OutputErrorFit;
 use crate::uncertainty::identifiability::examine;
 
+/// Terms of one warning that are named, at most.
+const NAMED: usize = 10;
 /// A condition of the scaled library above which collinear terms are named: intervals are ten thousand times those of
 /// separate terms. A warning only.
 const CONDITION: f64 = 1e4;
@@ -53,13 +56,13 @@ pub(super) fn of_data(
         if !found.zero_terms.is_empty() {
             out.push(format!(
                 "terms that are zero throughout: {}",
-                found.zero_terms.join(", ")
+                listed(&found.zero_terms)
             ));
         }
         for (condition, terms) in found.collinear.iter().filter(|c| c.0 > CONDITION) {
             out.push(format!(
                 "nearly collinear terms (condition {condition:.1e}): {}",
-                terms.join(", ")
+                listed(terms)
             ));
         }
         for column in found.inputs.iter().filter(|c| c.hardly_excited) {
@@ -71,6 +74,14 @@ pub(super) fn of_data(
     }
     out.dedup();
     Ok(out)
+}
+
+/// The first of some terms by name, and how many more there are.
+fn listed(terms: &[String]) -> String {
+    match terms.len().saturating_sub(NAMED) {
+        0 | 1 => terms.join(", "),
+        more => format!("{} and {more} more", terms[..NAMED].join(", ")),
+    }
 }
 
 /// A warning where weights above 0 differ by more than a tenth.
@@ -140,6 +151,20 @@ impl IdentificationRun<'_> {
                 ratio(misfit)
             )),
             _ => {}
+        }
+        let on_all_rows = match followed.on_all_rows {
+            Some(OnAllRows::Leave(left)) => {
+                Some(format!("leave {} times the noise on all rows", ratio(left)))
+            }
+            Some(OnAllRows::Lost) => Some("do not follow all rows".to_string()),
+            Some(OnAllRows::Refined) | None => None,
+        };
+        if let Some(what) = on_all_rows {
+            out.push(format!(
+                "the terms, which were chosen on {} rows, {what}: coefficients change along the data, or a term is not in the \
+                 library; the coefficients are those of the {0} rows",
+                self.settings.rows
+            ));
         }
         if followed.is_ambiguous {
             out.push(

@@ -201,6 +201,7 @@ impl<'d> Comparison<'_, 'd> {
             iterations: run.settings.iterations.min(ITERATIONS),
             penalty: run.settings.penalty * (1.0 + self.dearer(size) / unit),
             longest: usize::MAX,
+            first_arc: output_error::FIRST_ARC,
             relevance: run.settings.relevance,
         };
         Ok(output_error::search(

@@ -379,6 +379,9 @@ pub(super) fn regression_samples(
     Ok(samples)
 }
 
+/// Rows of a part of long data.
+const PART: usize = 2000;
+
 /// Pieces for the output error: all stretches, or evenly spread parts of them where there are more than
 /// `most` rows.
 pub(super) fn pieces<'a>(
@@ -388,15 +391,35 @@ pub(super) fn pieces<'a>(
     between: &[Interpolation],
     most: usize,
 ) -> Vec<Piece<'a>> {
-    let longest = most.min(2000);
     let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
     let keep = (most as f64 / rows as f64).min(1.0);
+    let part = if keep < 1.0 { most.min(PART) } else { rows };
+    cut(stretches, states, slopes, between, (part, keep))
+}
+
+/// All stretches in parts.
+pub(super) fn parts<'a>(
+    stretches: &[Stretch<'a>],
+    states: usize,
+    slopes: &Slopes,
+    between: &[Interpolation],
+) -> Vec<Piece<'a>> {
+    cut(stretches, states, slopes, between, (PART, 1.0))
+}
+
+/// An evenly spread share of all parts of so many rows.
+fn cut<'a>(
+    stretches: &[Stretch<'a>],
+    states: usize,
+    slopes: &Slopes,
+    between: &[Interpolation],
+    (part, keep): (usize, f64),
+) -> Vec<Piece<'a>> {
     let mut out = Vec::new();
     // The first part is always taken.
     let mut due = 1.0 - keep;
     for (s, smooth) in stretches.iter().zip(&slopes.smoothed) {
         let n = s.time.len();
-        let part = if keep < 1.0 { longest.min(n) } else { n };
         for start in (0..n).step_by(part) {
             let end = n.min(start + part);
             due += keep;

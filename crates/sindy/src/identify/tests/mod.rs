@@ -1,3 +1,4 @@
+mod all_rows;
 mod disturbed;
 mod known;
 mod noise;

@@ -10,6 +10,7 @@
 //! so that all residuals of an arc are linear in its start and the coefficients, however long it is.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::colour::Whitener;
 use super::follow::{Follow, Sensitivity};
@@ -17,6 +18,9 @@ use super::record::Record;
 
 /// Rows of residuals that are added to the normal equations at once. The value affects only speed.
 const CHUNK: usize = 192;
+/// Arcs, or records, that are linearised side by side before their sums are added up in order, so that the number of threads changes
+/// no digit. Each holds a matrix of P x P.
+const BATCH: usize = 32;
 
 /// The normal equations over the coefficients of all candidates, arcs' starts eliminated, and the sums
 /// that judge the point they were taken at.
@@ -56,24 +60,36 @@ pub(super) fn linearise(
     records: &[Record],
     breaks: &mut Option<Vec<Vec<usize>>>,
 ) -> Option<Normal> {
-    let (n, p) = (follow.system.n, follow.system.size());
-    let mut out = Normal {
-        xtx: DMatrix::zeros(p, p),
-        xty: DVector::zeros(p),
-        yty: 0.0,
-        misfit: vec![0.0; n],
-        rows: 0,
-        defects: 0.0,
-        moves: Vec::new(),
+    let tasks: Vec<Task> = match breaks {
+        Some(breaks) => breaks
+            .iter()
+            .enumerate()
+            .flat_map(|(record, starts)| {
+                let ends = starts.iter().skip(1).map(|&end| Some(end));
+                let arcs = starts.iter().zip(ends.chain([None]));
+                arcs.map(move |(&first, until)| Task {
+                    record,
+                    first,
+                    until: until.or(Some(usize::MAX)),
+                })
+            })
+            .collect(),
+        None => (0..records.len())
+            .map(|record| Task {
+                record,
+                first: 0,
+                until: None,
+            })
+            .collect(),
     };
-    for (index, record) in records.iter().enumerate() {
-        let mut first = 0;
-        while first < record.rows.len() {
-            let until = breaks.as_ref().map(|b| {
-                let next = b[index].iter().copied().find(|&k| k > first);
-                next.unwrap_or(record.rows.len())
-            });
-            first = out.arc(follow, record, (index, first), until)?;
+    let mut out = Normal::zeros(follow);
+    for batch in tasks.chunks(BATCH) {
+        let parts: Vec<Option<Normal>> = batch
+            .par_iter()
+            .map(|task| Normal::of(follow, &records[task.record], task))
+            .collect();
+        for part in parts {
+            out.merge(part?);
         }
     }
     if breaks.is_none() {
@@ -86,7 +102,54 @@ pub(super) fn linearise(
     Some(out)
 }
 
+/// What is linearised by itself.
+struct Task {
+    record: usize,
+    /// The node that it starts from.
+    first: usize,
+    /// The node that the one arc of the task ends at, beyond the record for its last arc; `None` where arcs are cut by the rule, to
+    /// the record's end.
+    until: Option<usize>,
+}
+
 impl Normal {
+    fn zeros(follow: &Follow<'_>) -> Self {
+        let (n, p) = (follow.system.n, follow.system.size());
+        Self {
+            xtx: DMatrix::zeros(p, p),
+            xty: DVector::zeros(p),
+            yty: 0.0,
+            misfit: vec![0.0; n],
+            rows: 0,
+            defects: 0.0,
+            moves: Vec::new(),
+        }
+    }
+
+    fn of(follow: &Follow<'_>, record: &Record, task: &Task) -> Option<Self> {
+        let mut out = Self::zeros(follow);
+        let mut first = task.first;
+        loop {
+            first = out.arc(follow, record, (task.record, first), task.until)?;
+            if task.until.is_some() || first >= record.rows.len() {
+                return Some(out);
+            }
+        }
+    }
+
+    fn merge(&mut self, part: Self) {
+        self.xtx += part.xtx;
+        self.xty += part.xty;
+        self.yty += part.yty;
+        self.misfit
+            .iter_mut()
+            .zip(part.misfit)
+            .for_each(|(sum, misfit)| *sum += misfit);
+        self.rows += part.rows;
+        self.defects += part.defects;
+        self.moves.extend(part.moves);
+    }
+
     /// Arcs.
     pub(super) fn arcs(&self) -> usize {
         self.moves.len()

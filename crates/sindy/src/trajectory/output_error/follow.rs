@@ -1,6 +1,9 @@
 //! A model followed through the data: simulation from node to node, and what is judged by it.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::colour::Whitener;
 use super::record::Record;
@@ -109,45 +112,59 @@ impl Follow<'_> {
         records: &[Record],
         arcs: impl Iterator<Item = (usize, usize, usize)>,
     ) -> Option<(Vec<f64>, f64)> {
+        let arcs: Vec<_> = arcs.collect();
+        let parts: Vec<_> = arcs
+            .into_par_iter()
+            .map(|(index, first, nodes)| self.judge_arc(&records[index], first..first + nodes))
+            .collect();
+        let mut misfit = vec![0.0; self.system.n];
+        let mut defects = 0.0;
+        // In order, so that the number of threads changes no digit.
+        for part in parts {
+            let (own, own_defects) = part?;
+            misfit.iter_mut().zip(own).for_each(|(sum, m)| *sum += m);
+            defects += own_defects;
+        }
+        Some((misfit, defects))
+    }
+
+    fn judge_arc(&self, record: &Record, nodes: Range<usize>) -> Option<(Vec<f64>, f64)> {
         let mut misfit = vec![0.0; self.system.n];
         let mut defects = 0.0;
         let (mut work, mut step) = (self.system.work(self.coefficients), self.system.blank());
-        for (index, first, nodes) in arcs {
-            let record = &records[index];
-            let mut whitener = Whitener::new(self.colour);
-            let mut compare = |x: &[f64], row: usize| {
-                if record.root_weight(row) == 0.0 {
-                    return;
+        let mut whitener = Whitener::new(self.colour);
+        let mut compare = |x: &[f64], row: usize| {
+            if record.root_weight(row) == 0.0 {
+                return;
+            }
+            whitener.row(row);
+            for (i, x) in x.iter().take(self.system.measured).enumerate() {
+                let mut residual = [record.residual(i, row, *x)];
+                whitener.apply(i, &mut residual);
+                misfit[i] += residual[0].powi(2);
+            }
+        };
+        for node in nodes.clone() {
+            let mut x = record.nodes[node].clone();
+            let (from, to) = record.between(node);
+            if node == nodes.start {
+                compare(&x, from);
+            }
+            let goes_on = node + 1 < nodes.end;
+            for row in from..to {
+                self.advance_state(record, row, &mut x, (&mut work, &mut step));
+                if row + 1 < to || goes_on || record.is_last(node) {
+                    compare(&x, row + 1);
                 }
-                whitener.row(row);
-                for (i, x) in x.iter().take(self.system.measured).enumerate() {
-                    let mut residual = [record.residual(i, row, *x)];
-                    whitener.apply(i, &mut residual);
-                    misfit[i] += residual[0].powi(2);
-                }
-            };
-            for node in first..first + nodes {
-                let mut x = record.nodes[node].clone();
-                let (from, to) = record.between(node);
-                if node == first {
-                    compare(&x, from);
-                }
-                let goes_on = node + 1 < first + nodes;
-                for row in from..to {
-                    self.advance_state(record, row, &mut x, (&mut work, &mut step));
-                    if row + 1 < to || goes_on || record.is_last(node) {
-                        compare(&x, row + 1);
-                    }
-                }
-                if !x.iter().all(|v| v.is_finite()) {
-                    return None;
-                }
-                if goes_on {
-                    let next = &record.nodes[node + 1];
-                    defects += (0..x.len())
-                        .map(|i| self.size(i, x[i] - next[i]))
-                        .sum::<f64>();
-                }
+            }
+            if !x.iter().all(|v| v.is_finite()) {
+                return None;
+            }
+            if goes_on {
+                let next = &record.nodes[node + 1];
+                defects += (0..x.len())
+                    .map(|i| self.size(i, x[i] - next[i]))
+                    .sum::<f64>();
             }
         }
         Some((misfit, defects))

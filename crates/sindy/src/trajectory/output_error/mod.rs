@@ -59,6 +59,8 @@ use crate::solve::sign::Sign;
 /// Nodes of the short simulations that models are ranked by: long enough for a wrong term to show above the noise, short
 /// enough that chaos does not decide.
 const FREE_NODES: usize = 8;
+/// Nodes of the first arcs: short enough that a regression's model follows them, long enough to distinguish terms.
+pub(crate) const FIRST_ARC: usize = 4;
 
 /// A stretch of data with a first guess of its trajectory.
 pub struct Piece<'a> {
@@ -128,6 +130,8 @@ pub struct Settings {
     pub penalty: f64,
     /// Nodes of an arc, at most.
     pub longest: usize,
+    /// Nodes of the first arcs: few where a start may be far away.
+    pub first_arc: usize,
     /// A term that contributes less than this share of its equation's largest term is left out, however
     /// significant: in data without noise even the rounding of the simulation that made them is.
     pub relevance: f64,
@@ -140,6 +144,7 @@ impl Default for Settings {
             iterations: 60,
             penalty: 1.0,
             longest: usize::MAX,
+            first_arc: FIRST_ARC,
             relevance: 1e-4,
         }
     }

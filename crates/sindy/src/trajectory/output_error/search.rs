@@ -12,8 +12,6 @@ use super::system::System;
 use super::{OutputErrorFit, Piece, Settings, Start, Step};
 use crate::solve::outcome::Outcome;
 
-/// Nodes of the first arcs: short enough that a regression's model follows them, long enough to distinguish terms.
-const FIRST_ARC: usize = 4;
 /// By how much longer the next arcs are. Twofold growth takes twice as many stages to the same end.
 const ARC_GROWTH: usize = 4;
 /// Steps at one length of arcs, at most, but for the last. Intermediate lengths need no convergence.
@@ -73,7 +71,7 @@ pub fn search(
         colour: start.colour.clone(),
         cut: ArcSettings {
             growth: settings.growth,
-            longest: FIRST_ARC.min(nodes),
+            longest: settings.first_arc.min(nodes),
             substeps: 1,
         },
     };
