@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::quiet;
-use crate::identify::{Identification, Identify, NoiseSource, Settings};
+use crate::identify::{Between, Identification, Identify, NoiseSource, Settings};
 use crate::{Dataset, Library};
 
 /// Rows of a Van der Pol oscillator, dx = y dt + 0.02 dw, dy = (y - x - x² y) dt + 0.05 dw, with noise of a deviation on both; by
@@ -100,6 +100,41 @@ fn analytic_a_missing_term_is_not_taken_for_a_disturbance() {
             .iter()
             .any(|w| w.contains("not in the library"));
         assert!(doubted, "{:?} {}", found.warnings, found.model);
+    }
+}
+
+/// dx = (-x + u + a u²) dt + 0.3 dw with an input that is drawn anew for each row: what a library without u² leaves is white in
+/// time, and is seen among neighbours alone.
+#[test]
+fn analytic_a_missing_term_that_is_white_in_time_is_seen_among_neighbours() {
+    for (missing, seed) in [(0.0, 5), (0.5, 5), (0.5, 6)] {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let mut x = 0.0;
+        let mut columns = vec![Vec::new(), Vec::new()];
+        for _ in 0..2000 {
+            let u = normal();
+            columns[0].push(x);
+            columns[1].push(u);
+            let h: f64 = 0.1 / 20.0;
+            for _ in 0..20 {
+                x += (u + missing * u * u - x) * h + 0.3 * h.sqrt() * normal();
+            }
+        }
+        let mut data = Dataset::new(&["x"], &["u"]).unwrap();
+        let time = (0..2000).map(|k| 0.1 * f64::from(k)).collect();
+        data.push("run", time, columns, None).unwrap();
+        let library = Library::parse(&["1", "x", "u"]).unwrap();
+        let settings = Settings {
+            inputs_between: Between::Hold,
+            ..by(NoiseSource::Process)
+        };
+        let identify = Identify::new(library).settings(settings).unwrap();
+        let found = identify.run(&data, &mut quiet()).unwrap();
+        let seen = found.warnings.iter().any(|w| w.contains("neighbours"));
+        assert_eq!(seen, missing > 0.0, "{:?} {}", found.warnings, found.model);
+        let correlated = found.warnings.iter().any(|w| w.contains("correlated"));
+        assert!(!correlated, "{:?}", found.warnings);
     }
 }
 
