@@ -103,6 +103,38 @@ fn analytic_a_missing_term_is_not_taken_for_a_disturbance() {
     }
 }
 
+/// Rows of dx = -x dt + 0.5 dw, a tenth of the time apart, from x = 2 on.
+fn relaxation(rows: usize, seed: u64) -> Dataset {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let mut x = 2.0;
+    let mut column = Vec::new();
+    for _ in 0..rows {
+        column.push(x);
+        // The exact transition: variances 0.25 (1 - e^(-2 h)) / 2.
+        let (kept, h): (f64, f64) = ((-0.1_f64).exp(), 0.1);
+        let normal: f64 = StandardNormal.sample(&mut rng);
+        x = kept * x + (0.125 * (1.0 - (-2.0 * h).exp())).sqrt() * normal;
+    }
+    let mut data = Dataset::new(&["x"], &[]).unwrap();
+    let time = (0..rows).map(|k| 0.1 * k as f64).collect();
+    data.push("run", time, vec![column], None).unwrap();
+    data
+}
+
+#[test]
+fn prop_one_disturbed_state_is_found_or_said_to_be_as_likely() {
+    for seed in 0..4 {
+        // A thousand rows tell a walk that is drawn back from noise that remembers; sixty do not.
+        for (rows, method) in [(1000, "prediction_error"), (60, "output_error")] {
+            let identify = Identify::new(Library::parse(&["1", "x"]).unwrap());
+            let found = identify.run(&relaxation(rows, seed), &mut quiet()).unwrap();
+            assert_eq!(found.choice.method, method, "{rows} {seed}");
+            let said = found.warnings.iter().any(|w| w.contains("equally likely"));
+            assert_eq!(said, rows == 60, "{seed}: {:?}", found.warnings);
+        }
+    }
+}
+
 /// dx = (-x + u + a u²) dt + 0.3 dw with an input that is drawn anew for each row: what a library without u² leaves is white in
 /// time, and is seen among neighbours alone.
 #[test]
