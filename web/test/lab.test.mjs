@@ -494,6 +494,7 @@ test('prop_addresses_that_make_no_sense_show_a_landing', async () => {
     '#deck=banana&first=nobody&second=dynamic+observer&wind_mps=abc&seed=-3&landing=1e9',
     '#height_m=NaN&seed=99999999999999999999&landing=-0.5',
     '#%E0%A4%A&=&&deck',
+    '#constructor=1&toString=2&__proto__=3&valueOf=4',
   ]) {
     const lab = await Page.open(chromium(), { hash });
     await lab.text('#outcome', /Outcome/);
