@@ -1,10 +1,12 @@
 import assert from 'node:assert/strict';
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { connect } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as esbuild from 'esbuild';
 import { data, difference, fixtures, Page, root, touchdown, withCommand, withData } from './browser.mjs';
+import { serve } from '../serve.mjs';
 import { chromiumForTests } from './chromium.mjs';
 
 const corpus = process.env.TOUCHDOWN_CORPUS;
@@ -702,6 +704,24 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
     await lab.close();
   }
   rmSync(folder, { recursive: true });
+});
+
+test('regress_a_request_that_is_no_address_does_not_end_the_server', async () => {
+  const server = await serve(0);
+  const { port } = server.address();
+  const answer = (path) =>
+    new Promise((resolve, reject) => {
+      const socket = connect(port, '127.0.0.1', () => socket.write(`GET ${path} HTTP/1.0\r\n\r\n`));
+      let text = '';
+      socket.on('data', (part) => (text += part));
+      socket.on('end', () => resolve(Number(text.split(' ')[1])));
+      socket.on('error', reject);
+    });
+  for (const [path, status] of [['//', 200], ['/?x=1', 200], ['/..', 404], ['/../serve.mjs', 404], ['/none.js', 404]]) {
+    assert.equal(await answer(path), status, path);
+  }
+  await assert.rejects(serve(port), /EADDRINUSE/);
+  server.close();
 });
 
 test('regress_tabs_by_keyboard', async () => {
