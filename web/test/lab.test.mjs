@@ -706,6 +706,21 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
   rmSync(folder, { recursive: true });
 });
 
+test('regress_forced_colours_leave_the_chosen_tab_and_the_samples', async () => {
+  const lab = await Page.open(chromium());
+  const client = await lab.page.createCDPSession();
+  const features = [{ name: 'forced-colors', value: 'active' }, { name: 'prefers-reduced-motion', value: 'reduce' }];
+  await client.send('Emulation.setEmulatedMedia', { features });
+  await lab.tab('deck');
+  await lab.text('#outcome', /Outcome/);
+  const backs = (selector) => lab.page.$$eval(selector, (all) => all.map((one) => getComputedStyle(one).backgroundColor));
+  const [chosen, other] = [await backs('[role=tab][aria-selected=true]'), await backs('[role=tab][aria-selected=false]')];
+  assert.notEqual(chosen[0], other[0]);
+  assert.equal(new Set(await backs('.legend .sample')).size, 4, 'vehicle, ghost, disc and bars have colours of their own');
+  await lab.picture('deck-forced-colours');
+  await lab.close();
+});
+
 test('regress_a_request_that_is_no_address_does_not_end_the_server', async () => {
   const server = await serve(0);
   const { port } = server.address();
