@@ -173,6 +173,11 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
     clearTimeout(rest);
     rest = setTimeout(use, REST_MS);
   });
+  // Who leaves the editor has ended typing: step 2 must not begin with the map before.
+  map.addEventListener('change', () => {
+    clearTimeout(rest);
+    if (map.value !== lab.map) use();
+  });
   choice.addEventListener('change', () => void show());
   const taken = (files: FileList | undefined | null) => {
     if (files && files.length > 0) add([...files].map((content) => ({ name: content.name, content })));
