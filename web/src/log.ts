@@ -191,9 +191,10 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
     zone.addEventListener(name, (event) => {
       event.preventDefault();
       zone.classList.toggle('over', over);
-      if (name === 'drop') taken((event as DragEvent).dataTransfer?.files);
     });
   }
+  // A file that misses the zone is meant for it.
+  panel.addEventListener('drop', (event) => taken(event.dataTransfer?.files));
   choice.hidden = true;
   panel.append(input, zone, el('div', { class: 'row' }, ...examples, keep), el('div', { class: 'row' }, state, cancel), choice, editor, shown);
 }

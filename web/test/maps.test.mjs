@@ -32,6 +32,22 @@ test('regress_a_map_that_fails_shows_no_channels_of_another', async () => {
   await lab.close();
 });
 
+test('regress_a_log_that_misses_the_zone_is_taken', async () => {
+  const lab = await Page.open(chromium());
+  await lab.page.evaluate(() => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File(['time_s,throttle\n0,0.1\n1,0.2\n'], 'missed.csv'));
+    const event = new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true });
+    document.querySelector('#inspection').dispatchEvent(event);
+  });
+  await lab.text('#log .state', /^missed\.csv: /);
+  assert.equal(await lab.page.$eval('#which-log', (choice) => choice.options.length), 1, 'once');
+  await lab.drop(file('stand.csv', 'time_s,throttle\n0,0.1\n1,0.2\n'));
+  await lab.text('#log .state', /^stand\.csv: /);
+  assert.deepEqual(lab.errors, []);
+  await lab.close();
+});
+
 test('regress_a_map_as_typed_is_that_of_the_model_at_once', async () => {
   const rows = Array.from({ length: 21 }, (_, k) => `${k},${0.2 + 0.03 * k},${20 * (0.2 + 0.03 * k) ** 2}`);
   const lab = await Page.open(chromium());
