@@ -1,7 +1,7 @@
 // Builds the lab: the calculations as a WASI program, the page, a folder (dist/) and a single file (dist/touchdown-lab.html).
 // `--page` leaves the program as it was built before; `--player` builds nothing but the player of landings in reports, and
 // `--player --check` tells whether the one that the reports carry is of these sources.
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
@@ -30,6 +30,8 @@ if (process.argv.includes('--player')) {
 }
 
 if (!process.argv.includes('--page')) {
+  // A fresh machine lacks the target. Without rustup or a network cargo tells what it misses.
+  spawnSync('rustup', ['target', 'add', 'wasm32-wasip1'], { stdio: 'ignore' });
   const args = ['build', '--profile', 'web', '--target', 'wasm32-wasip1', '-p', 'touchdown-web'];
   execFileSync('cargo', args, { cwd: root, stdio: 'inherit' });
 }

@@ -13,6 +13,12 @@ export function ownCards(lab: Lab, panel: HTMLElement): HTMLElement {
   const input = el('input', { type: 'file', id: 'card-files', multiple: true, accept: '.toml', class: 'hidden-input', tabindex: -1 });
   const choose = el('button', { type: 'button', id: 'add-card', onclick: () => input.click() }, 'Add card files (TOML)');
 
+  /** The button goes with its card; who has pressed it stays beside the list. */
+  function remove(use: Use): void {
+    lab.remove(use);
+    (list.querySelector('button') ?? choose).focus();
+  }
+
   function show(): void {
     const none = el('li', {}, 'The built-in models fly. Cards of step 2, or card files, replace them.');
     const items = lab.cards.map((card) =>
@@ -20,7 +26,7 @@ export function ownCards(lab: Lab, panel: HTMLElement): HTMLElement {
         'li',
         {},
         `${USES[card.use]}: ${card.name} `,
-        el('button', { type: 'button', 'aria-label': `Remove the card ${card.name}`, onclick: () => lab.remove(card.use) }, 'Remove'),
+        el('button', { type: 'button', 'aria-label': `Remove the card ${card.name}`, onclick: () => remove(card.use) }, 'Remove'),
       ),
     );
     list.replaceChildren(...(items.length > 0 ? items : [none]));

@@ -54,6 +54,7 @@ export class Crowd {
       const focus = refocus();
       const running = (this.running = new AbortController());
       start.disabled = true;
+      bar.value = 0;
       cancel.hidden = bar.hidden = false;
       this.fly(sides, running.signal, bar, shown)
         .catch((error: unknown) => {

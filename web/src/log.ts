@@ -173,6 +173,11 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
     clearTimeout(rest);
     rest = setTimeout(use, REST_MS);
   });
+  // Who leaves the editor has ended typing: step 2 must not begin with the map before.
+  map.addEventListener('change', () => {
+    clearTimeout(rest);
+    if (map.value !== lab.map) use();
+  });
   choice.addEventListener('change', () => void show());
   const taken = (files: FileList | undefined | null) => {
     if (files && files.length > 0) add([...files].map((content) => ({ name: content.name, content })));
@@ -186,9 +191,10 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
     zone.addEventListener(name, (event) => {
       event.preventDefault();
       zone.classList.toggle('over', over);
-      if (name === 'drop') taken((event as DragEvent).dataTransfer?.files);
     });
   }
+  // A file that misses the zone is meant for it.
+  panel.addEventListener('drop', (event) => taken(event.dataTransfer?.files));
   choice.hidden = true;
   panel.append(input, zone, el('div', { class: 'row' }, ...examples, keep), el('div', { class: 'row' }, state, cancel), choice, editor, shown);
 }

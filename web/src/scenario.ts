@@ -188,16 +188,17 @@ const short = (text: string) => (text.length > MOST_CHARACTERS ? `${text.slice(0
 
 /** The value of a part of an address; or what was expected, and what flies in its place where the part is one. */
 function valueOf(key: string, text: string): string | number | { expected: string; flies?: string | number } {
-  const words = WORDS[key];
-  if (words) {
+  // Names that every object has, such as `constructor`, are none of a scenario.
+  if (Object.hasOwn(WORDS, key)) {
+    const words = WORDS[key]!;
     return words.includes(text) ? text : { expected: `expected one of ${words.join(', ')}`, flies: DEFAULT[key as keyof Scenario] };
   }
-  if (key in TYPED) {
+  if (Object.hasOwn(TYPED, key)) {
     const limits = TYPED[key as keyof typeof TYPED];
     const value = numberOf(text, limits);
     return value ?? { expected: expected(limits), flies: Math.trunc(nearest(key, text, limits)) };
   }
-  if (key in SLIDERS) {
+  if (Object.hasOwn(SLIDERS, key)) {
     const limits = SLIDERS[key as keyof typeof SLIDERS];
     const near = nearest(key, text, limits);
     // A slider has steps, and what is set by it has few digits.

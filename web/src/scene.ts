@@ -63,6 +63,8 @@ export interface Frames extends Motion {
 /** Colours of the ground effect and of the forces on the feet: none is a vehicle's, and their brightness differs from it and from the deck's. */
 export const WAKE = '#e69f00';
 export const FOOT = '#f0e442';
+/** The sea is darker than every vehicle: a blue one would vanish before a blue of its own brightness. */
+const SEA = '#0d3145';
 /** Length of a force's arrow, m/N over the weight: a foot that carries the whole weight has an arrow of this length. */
 const FORCE_M = 0.5;
 /** Side of a deck without an edge, m. */
@@ -220,7 +222,7 @@ export class View {
     this.scene.add(new AmbientLight('#ffffff', 1.1), light, this.deck);
     this.sea = new Mesh(
       new PlaneGeometry(60, 60, 32, 32),
-      new MeshLambertMaterial({ color: '#2b6b8f', flatShading: true }),
+      new MeshLambertMaterial({ color: SEA, flatShading: true }),
     );
     this.sea.position.z = SEA_M;
     this.scene.add(this.sea);

@@ -61,7 +61,10 @@ export class Page {
     // A test that fails leaves it open, which must not keep the tests from ending.
     made.server?.unref();
     made.page = await of.newPage();
-    await made.page.setViewport({ width, height });
+    // With the size Puppeteer sets an orientation, which Firefox ESR 140 does not know; the size is set all the same.
+    await made.page.setViewport({ width, height }).catch((error) => {
+      if (!error.message.includes('setScreenOrientationOverride')) throw error;
+    });
     made.page.setDefaultTimeout(PATIENCE_MS);
     made.page.on('request', (request) => made.requests.push(request.url()));
     made.page.on('pageerror', (error) => made.errors.push(String(error)));
@@ -124,18 +127,15 @@ export class Page {
     return this.page.click(`#tab-${name}`);
   }
 
-  /** Waits until an element's text passes a test; the text. */
+  /** Waits until an element's text passes a test; the text. Firefox ESR 140 holds `waitForFunction` to the page's policy, which stops it. */
   async text(selector, test) {
-    const handle = await this.page.waitForFunction(
-      (of, pattern) => {
-        const text = document.querySelector(of)?.innerText ?? '';
-        return new RegExp(pattern).test(text) ? text : false;
-      },
-      { timeout: PATIENCE_MS },
-      selector,
-      test.source,
-    );
-    return handle.jsonValue();
+    const until = Date.now() + PATIENCE_MS;
+    for (;;) {
+      const text = await this.page.evaluate((of) => document.querySelector(of)?.innerText ?? '', selector);
+      if (test.test(text)) return text;
+      if (Date.now() > until) throw new Error(`${selector}: expected ${test}; found ${text}`);
+      await new Promise((resolve) => setTimeout(resolve, 10));
+    }
   }
 
   /** A table by its caption: rows of cells, with all digits of numbers. */

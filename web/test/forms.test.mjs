@@ -201,6 +201,7 @@ test('regress_a_card_file_flies_and_a_removed_card_is_on_no_deck', async () => {
   await lab.tab('deck');
   await lab.page.click('.cards button');
   await lab.text('.cards', /The built-in models fly/);
+  assert.equal(await lab.page.evaluate(() => document.activeElement.id), 'add-card', 'the focus stays beside the list');
   assert.equal(await button(), 'Fly it on the deck');
   await lab.text('#outcome', /Outcome/);
   await flown(lab);

@@ -1,10 +1,12 @@
 import assert from 'node:assert/strict';
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { connect } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as esbuild from 'esbuild';
 import { data, difference, fixtures, Page, root, touchdown, withCommand, withData } from './browser.mjs';
+import { serve } from '../serve.mjs';
 import { chromiumForTests } from './chromium.mjs';
 
 const corpus = process.env.TOUCHDOWN_CORPUS;
@@ -494,6 +496,7 @@ test('prop_addresses_that_make_no_sense_show_a_landing', async () => {
     '#deck=banana&first=nobody&second=dynamic+observer&wind_mps=abc&seed=-3&landing=1e9',
     '#height_m=NaN&seed=99999999999999999999&landing=-0.5',
     '#%E0%A4%A&=&&deck',
+    '#constructor=1&toString=2&__proto__=3&valueOf=4',
   ]) {
     const lab = await Page.open(chromium(), { hash });
     await lab.text('#outcome', /Outcome/);
@@ -701,6 +704,39 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
     await lab.close();
   }
   rmSync(folder, { recursive: true });
+});
+
+test('regress_forced_colours_leave_the_chosen_tab_and_the_samples', async () => {
+  const lab = await Page.open(chromium());
+  const client = await lab.page.createCDPSession();
+  const features = [{ name: 'forced-colors', value: 'active' }, { name: 'prefers-reduced-motion', value: 'reduce' }];
+  await client.send('Emulation.setEmulatedMedia', { features });
+  await lab.tab('deck');
+  await lab.text('#outcome', /Outcome/);
+  const backs = (selector) => lab.page.$$eval(selector, (all) => all.map((one) => getComputedStyle(one).backgroundColor));
+  const [chosen, other] = [await backs('[role=tab][aria-selected=true]'), await backs('[role=tab][aria-selected=false]')];
+  assert.notEqual(chosen[0], other[0]);
+  assert.equal(new Set(await backs('.legend .sample')).size, 4, 'vehicle, ghost, disc and bars have colours of their own');
+  await lab.picture('deck-forced-colours');
+  await lab.close();
+});
+
+test('regress_a_request_that_is_no_address_does_not_end_the_server', async () => {
+  const server = await serve(0);
+  const { port } = server.address();
+  const answer = (path) =>
+    new Promise((resolve, reject) => {
+      const socket = connect(port, '127.0.0.1', () => socket.write(`GET ${path} HTTP/1.0\r\n\r\n`));
+      let text = '';
+      socket.on('data', (part) => (text += part));
+      socket.on('end', () => resolve(Number(text.split(' ')[1])));
+      socket.on('error', reject);
+    });
+  for (const [path, status] of [['//', 200], ['/?x=1', 200], ['/..', 404], ['/../serve.mjs', 404], ['/none.js', 404]]) {
+    assert.equal(await answer(path), status, path);
+  }
+  await assert.rejects(serve(port), /EADDRINUSE/);
+  server.close();
 });
 
 test('regress_tabs_by_keyboard', async () => {

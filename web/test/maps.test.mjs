@@ -32,6 +32,42 @@ test('regress_a_map_that_fails_shows_no_channels_of_another', async () => {
   await lab.close();
 });
 
+test('regress_a_log_that_misses_the_zone_is_taken', async () => {
+  const lab = await Page.open(chromium());
+  await lab.page.evaluate(() => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File(['time_s,throttle\n0,0.1\n1,0.2\n'], 'missed.csv'));
+    const event = new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true });
+    document.querySelector('#inspection').dispatchEvent(event);
+  });
+  await lab.text('#log .state', /^missed\.csv: /);
+  assert.equal(await lab.page.$eval('#which-log', (choice) => choice.options.length), 1, 'once');
+  await lab.drop(file('stand.csv', 'time_s,throttle\n0,0.1\n1,0.2\n'));
+  await lab.text('#log .state', /^stand\.csv: /);
+  assert.deepEqual(lab.errors, []);
+  await lab.close();
+});
+
+test('regress_a_map_as_typed_is_that_of_the_model_at_once', async () => {
+  const rows = Array.from({ length: 21 }, (_, k) => `${k},${0.2 + 0.03 * k},${20 * (0.2 + 0.03 * k) ** 2}`);
+  const lab = await Page.open(chromium());
+  await lab.drop(file('stand.csv', ['time_s,throttle,thrust_n', ...rows].join('\n') + '\n'));
+  await lab.text('#inspection', /Channels/);
+  await lab.map("schema = 1\n[channels]\ntime_s = 'time_s'\nthrottle = 'throttle'\nthrust_n = 'thrust_n'\n");
+  await lab.text('#map-editor', /The map fits this log\./);
+  await lab.page.focus('#map');
+  for (const key of ['ArrowLeft', 'ArrowLeft']) await lab.page.keyboard.press(key);
+  await lab.page.keyboard.type(' * 4');
+  await lab.tab('model');
+  await lab.page.click('#identify');
+  await lab.text('#identified', /Coefficients/);
+  const slope = (await lab.table('Coefficients')).find(([term]) => term === 'x: s')[1];
+  assert.ok(Math.abs(Number(slope) - Math.sqrt(80)) < 1e-6, slope);
+  await lab.text('#model .state[role=status]', /^Identified/);
+  assert.deepEqual(lab.errors, []);
+  await lab.close();
+});
+
 test('regress_a_suggested_map_without_a_time_says_what_is_missing', async () => {
   const rows = Array.from({ length: 200 }, (_, k) => `${(0.4 + 0.1 * Math.sin(k)).toFixed(4)},${(5 + Math.sin(k)).toFixed(4)}`);
   for (const [width, scheme] of [[360, 'dark'], [1280, 'light']]) {
