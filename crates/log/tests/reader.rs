@@ -133,6 +133,11 @@ fn analytic_files_that_are_no_table() {
         LogError::Empty { .. }
     ));
     assert!(matches!(fails(b"\xff\xfea\0"), LogError::NotText { .. }));
+    // Its first line is text.
+    assert!(matches!(
+        fails(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\n1,2\n3,4\n"),
+        LogError::NotText { .. }
+    ));
     assert!(matches!(
         fails(b"ULog\x01\x12\x35\x01\0"),
         LogError::NotText { .. }

@@ -36,9 +36,17 @@ pub(crate) struct Layout<'a> {
     pub(crate) next_number: usize,
 }
 
+/// Bytes of a file in which a zero byte says that it is binary: signatures with what follows them. Further on, one is a corrupt row.
+const BEGINNING: usize = 16;
+const BINARY: &str = "a binary file";
+
 pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogError> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err(not_text(path, "UTF-16; save the table as UTF-8"));
+    }
+    // A binary file may begin with a line of text, as PNG does.
+    if bytes.iter().take(BEGINNING).any(|b| *b == 0) {
+        return Err(not_text(path, BINARY));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let (mut lines, next_number) = lines(bytes, 1);
@@ -61,7 +69,7 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
     let first = body.first().or(lines.last());
     let first = first.map_or(&[][..], |line| line.bytes);
     if first.iter().any(|b| b.is_ascii_control() && *b != b'\t') {
-        return Err(not_text(path, "a binary file"));
+        return Err(not_text(path, BINARY));
     }
     let mut warnings = Vec::new();
     let Heading {
