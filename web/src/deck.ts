@@ -54,8 +54,8 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   let landings: Landing[] = [];
   /** The cards of the landings. */
   let flownCards = lab.cards;
-  /** What is shown: its address as it was opened and as controls write it, its place in the list, and the files of its first side. */
-  let flownAs: { hash: string; address: string; landing: number; files: Map<string, Blob> } | undefined;
+  /** What is shown: its address as it was opened and as controls write it, its place in the list, its sides and the files of the first. */
+  let flownAs: { hash: string; address: string; landing: number; sides: Side[]; files: Map<string, Blob> } | undefined;
   let running: AbortController | undefined;
   let plots: uPlot[] = [];
   const still = matchMedia('(prefers-reduced-motion: reduce)');
@@ -196,7 +196,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       const request = { task: 'land', sweep: SCENARIO, landing: scenario.landing };
       const [flown, cards] = [sides(), lab.cards];
       const asked = flown.map((of) => lab.calculator.ask<Landing>(request, files(of), signal));
-      const own = { hash: fromLink ? linked : address(), address: address(), landing: scenario.landing, files: files(flown[0]!) };
+      const own = { hash: fromLink ? linked : address(), address: address(), landing: scenario.landing, sides: flown, files: files(flown[0]!) };
       landings = (await Promise.all(asked)).map(({ result }) => result);
       flownCards = cards;
       flownAs = own;
@@ -204,6 +204,9 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       if (own.hash !== location.hash) history[before && !fromLink ? 'pushState' : 'replaceState'](null, '', own.hash);
       const seconds = ((performance.now() - since) / 1000).toFixed(2);
       show(flown);
+      file.textContent = toml(scenario, flown[0]!);
+      seek(0);
+      if (!still.matches) playback.run();
       return [`Flown in ${seconds} s.`, landings[0]?.vehicle].filter(Boolean).join(' ');
     });
     // It was cancelled or it failed, and no other flight has begun.
@@ -254,10 +257,14 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
         seek(at);
       });
     }
-    file.textContent = toml(scenario, flown[0]!);
-    seek(0);
-    if (!still.matches) playback.run();
   }
+
+  // Colours follow the page's: the landing is drawn again, and stays where it is in time.
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+    if (flownAs === undefined) return;
+    show(flownAs.sides);
+    seek(Number(time.value));
+  });
 
   function seek(at: number): void {
     time.value = String(at);

@@ -220,3 +220,29 @@ test('regress_a_card_file_flies_and_a_removed_card_is_on_no_deck', async () => {
   assert.deepEqual(lab.errors, []);
   await lab.close();
 });
+
+test('regress_a_landing_that_is_shown_takes_the_colours_of_the_page', async () => {
+  const lab = await Page.open(chromium());
+  const scheme = (value) =>
+    lab.page.emulateMediaFeatures([
+      { name: 'prefers-color-scheme', value },
+      { name: 'prefers-reduced-motion', value: 'reduce' },
+    ]);
+  await scheme('light');
+  await lab.tab('deck');
+  await lab.text('#outcome', /Outcome/);
+  await flown(lab);
+  await set(lab, '#time', '2.5');
+  const colours = () => lab.page.$$eval('.legend tbody .sample', (samples) => samples.map((sample) => sample.style.background));
+  const light = await colours();
+  await scheme('dark');
+  // The first vehicle's blue is too dark for a dark page; the second one's orange is not.
+  await lab.page.waitForFunction((before) => document.querySelector('.legend tbody .sample').style.background !== before, {}, light[0]);
+  const dark = await colours();
+  assert.equal(dark[1], light[1]);
+  assert.equal(await lab.page.$eval('#time', (input) => input.value), '2.5', 'it stays where it was in time');
+  const line = await lab.page.$eval('.charts .u-legend .u-series:nth-child(2) .u-marker', (marker) => marker.style.borderColor);
+  assert.equal(line, dark[0]);
+  assert.deepEqual(lab.errors, []);
+  await lab.close();
+});
