@@ -124,7 +124,7 @@ fn relaxation(rows: usize, seed: u64) -> Dataset {
 #[test]
 fn prop_one_disturbed_state_is_found_or_said_to_be_as_likely() {
     for seed in 0..4 {
-        // A thousand rows tell a walk that is drawn back from noise that remembers; sixty do not.
+        // 1000 rows distinguish an Ornstein–Uhlenbeck process from correlated noise; 60 rows do not.
         for (rows, method) in [(1000, "prediction_error"), (60, "output_error")] {
             let identify = Identify::new(Library::parse(&["1", "x"]).unwrap());
             let found = identify.run(&relaxation(rows, seed), &mut quiet()).unwrap();
@@ -135,8 +135,8 @@ fn prop_one_disturbed_state_is_found_or_said_to_be_as_likely() {
     }
 }
 
-/// dx = (-x + u + a u²) dt + 0.3 dw with an input that is drawn anew for each row: what a library without u² leaves is white in
-/// time, and is seen among neighbours alone.
+/// dx = (-x + u + a u²) dt + 0.3 dw with a white input u. The library lacks u², so the residual is white in time and depends on u:
+/// only the comparison of neighbours shows it.
 #[test]
 fn analytic_a_missing_term_that_is_white_in_time_is_seen_among_neighbours() {
     for (missing, seed) in [(0.0, 5), (0.5, 5), (0.5, 6)] {
