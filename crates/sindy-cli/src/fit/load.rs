@@ -68,7 +68,7 @@ pub(crate) fn dataset(
         data.push(t.name, t.time, t.columns, t.weights)
             .map_err(refused)?;
     }
-    if data.stretches().is_empty() {
+    if data.stretches().is_empty() && !data.lacks_single_values() {
         let report = data.report();
         let names: Vec<&str> = files.iter().map(|f| f.path.as_str()).collect();
         return Err(Error::data(

@@ -74,6 +74,15 @@ impl GapSettings {
         require(shortest != 0, "shortest", "at least 1 row", shortest)?;
         Ok(Self { hole, shortest })
     }
+
+    /// The longest step of these times that is no gap.
+    pub(crate) fn longest(&self, time: &[f64]) -> f64 {
+        self.longest_of(time.windows(2).map(|w| w[1] - w[0]).collect())
+    }
+
+    fn longest_of(&self, mut steps: Vec<f64>) -> f64 {
+        upper_median(&mut steps).map_or(f64::INFINITY, |step| self.hole * step)
+    }
 }
 
 /// Splits a trajectory at rows in which `time` or any of `columns` is NaN, and at holes in time.
@@ -112,11 +121,10 @@ pub fn segments(
         }
         last = t;
     }
-    let mut steps: Vec<f64> = (1..n)
+    let steps = (1..n)
         .filter(|&i| there[i] && there[i - 1])
-        .map(|i| time[i] - time[i - 1])
-        .collect();
-    let longest = upper_median(&mut steps).map_or(f64::INFINITY, |step| settings.hole * step);
+        .map(|i| time[i] - time[i - 1]);
+    let longest = settings.longest_of(steps.collect());
     let mut out = Segments {
         ranges: Vec::new(),
         missing_rows: there.iter().filter(|t| !**t).count(),

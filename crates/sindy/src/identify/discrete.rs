@@ -75,6 +75,7 @@ pub(super) fn with_weight<'a>(stretches: &[Stretch<'a>]) -> Vec<Stretch<'a>> {
                     time: &s.time[rows.clone()],
                     columns: s.columns.iter().map(|c| &c[rows.clone()]).collect(),
                     weights: Some(&weights[rows]),
+                    seen: Vec::new(),
                 });
             }
             from += length + 1;

@@ -104,6 +104,7 @@ mod tests {
             time: &time,
             columns: vec![&column],
             weights: None,
+            seen: Vec::new(),
         };
         let found = choose(&[stretch], 0, Between::Automatic);
         (found.between[0], found.second.is_some())

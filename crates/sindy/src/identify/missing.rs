@@ -1,11 +1,16 @@
 //! Rows in which a state was not measured.
 //!
-//! Lost one by one, they leave stretches too short for slopes if each of them ends one.
+//! Lost one by one, they leave stretches too short for slopes if each of them ends one. Where a row lacks some states only, as where
+//! they are measured at different rates, the others count.
 
-use crate::data::dataset::Dataset;
+use super::inputs;
+use super::settings::Between;
+use crate::data::dataset::sampling::{pick, rows};
+use crate::data::dataset::{Dataset, Sampling, Stretch, Trajectory};
 use crate::error::SindyError;
+use crate::model::Interpolation;
 
-/// The data with no weight on rows that lack a state, which are bridged where they are few in succession, and a warning
+/// The data with no weight on rows that lack all states, which are bridged where they are few in succession, and a warning
 /// that says how many; `None` where there are none. Rows that lack an input stay missing, for nothing drives the model there.
 pub(super) fn without_weight(data: &Dataset) -> Result<Option<(Dataset, String)>, SindyError> {
     let report = data.report();
@@ -37,4 +42,84 @@ pub(super) fn without_weight(data: &Dataset) -> Result<Option<(Dataset, String)>
         report.rows
     );
     Ok((bridged > 0).then_some((out, warning)))
+}
+
+/// The data with likely values where rows lack some of the states, each of which is compared where it was measured, and a
+/// warning that says how many values there are of each; `None` where no row lacks some and not all states.
+pub(super) fn by_state(
+    data: &Dataset,
+    between: Between,
+) -> Result<Option<(Dataset, String)>, SindyError> {
+    if !data.lacks_single_values() {
+        return Ok(None);
+    }
+    let n = data.states().len();
+    let mut out = Dataset::new(data.states(), data.inputs())?;
+    let mut counts = vec![0; n];
+    for t in data.trajectories() {
+        let mut columns = t.columns.clone();
+        let mut sampling: Vec<Sampling> = columns[..n].iter().map(|c| Sampling::of(c)).collect();
+        for (own, column) in sampling.iter().zip(&mut columns) {
+            own.fill(&t.time, column)?;
+        }
+        for column in &mut columns[n..] {
+            fill_input(t, column, between)?;
+        }
+        let weight = |row: usize| t.weights.as_ref().map_or(1.0, |w| w[row]);
+        for (own, count) in sampling.iter_mut().zip(&mut counts) {
+            (0..t.time.len()).for_each(|row| own.seen[row] &= weight(row) > 0.0);
+            *count += rows(&own.seen).len();
+        }
+        let all = (t.weights.clone(), sampling);
+        out.push_sampled(t.name.clone(), t.time.clone(), columns, all)?;
+    }
+    let counts: Vec<String> = data
+        .states()
+        .iter()
+        .zip(counts)
+        .map(|(name, count)| format!("{name} in {count}"))
+        .collect();
+    let warning = format!(
+        "of {} rows {} hold a value: each state is compared where it was measured, and smoothed between",
+        data.report().rows,
+        counts.join(", ")
+    );
+    Ok(Some((out, warning)))
+}
+
+/// Writes values into the rows that lack an input with a rate of its own, by what it is between its samples.
+fn fill_input(
+    trajectory: &Trajectory,
+    column: &mut [f64],
+    between: Between,
+) -> Result<(), SindyError> {
+    let sampling = Sampling::of(column);
+    if !sampling.slow {
+        return Ok(());
+    }
+    let own = rows(&sampling.seen);
+    let (time, values) = (pick(&trajectory.time, Some(&own)), pick(column, Some(&own)));
+    let stretch = Stretch {
+        trajectory: 0,
+        time: &time,
+        columns: vec![&values],
+        weights: None,
+        seen: Vec::new(),
+    };
+    let how = inputs::choose(&[stretch], 0, between).between[0];
+    if how == Interpolation::Cubic {
+        return sampling.fill(&trajectory.time, column);
+    }
+    for pair in own.windows(2) {
+        let [a, b] = [pair[0], pair[1]];
+        let step = trajectory.time[b] - trajectory.time[a];
+        for row in a + 1..b {
+            let part = match how {
+                Interpolation::Linear => (trajectory.time[row] - trajectory.time[a]) / step,
+                _ => 0.0,
+            };
+            column[row] = column[a] + part * (column[b] - column[a]);
+        }
+    }
+    Ok(())
 }

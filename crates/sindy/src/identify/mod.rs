@@ -138,6 +138,12 @@ impl Identify {
         let mut data = Cow::Borrowed(data);
         // In discrete time nothing may be bridged: the bridge would be the next sample.
         if !self.settings.discrete
+            && let Some((aligned, warning)) =
+                missing::by_state(&data, self.settings.inputs_between)?
+        {
+            warnings.push(warning);
+            data = Cow::Owned(aligned);
+        } else if !self.settings.discrete
             && let Some((bridged, warning)) = missing::without_weight(&data)?
         {
             warnings.push(warning);
@@ -169,8 +175,10 @@ impl Identify {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
         let mut found = self.with_run(data, |run| run.go(progress))?;
-        // As they were given, before rows were bridged.
-        found.data = data.report();
+        if !data.lacks_single_values() {
+            // As they were given, before rows were bridged.
+            found.data = data.report();
+        }
         Ok(found)
     }
 

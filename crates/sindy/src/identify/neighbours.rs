@@ -151,6 +151,7 @@ mod tests {
             time: &time,
             columns: columns.iter().map(Vec::as_slice).collect(),
             weights: None,
+            seen: Vec::new(),
         };
         let p = independence(&model.unwrap(), &[stretch], &[1e-6; 2]);
         p.unwrap().unwrap()

@@ -1,6 +1,7 @@
 //! Gross errors in single samples of the states, before anything is fitted.
 
 use crate::data::dataset::Dataset;
+use crate::data::dataset::sampling::{pick, rows};
 use crate::derivative::spikes;
 use crate::error::SindyError;
 
@@ -16,10 +17,13 @@ pub(super) fn set_aside(data: &Dataset) -> Result<Option<(Dataset, Vec<String>)>
         let before = values.len();
         let mut places = Vec::new();
         for (index, trajectory) in data.trajectories().iter().enumerate() {
+            let own = trajectory.sampling().get(i).filter(|s| s.slow);
             for range in trajectory.ranges() {
-                let time = &trajectory.time[range.clone()];
-                for spike in spikes(time, &trajectory.columns[i][range.clone()])? {
-                    let row = range.start + spike.row;
+                let own = own.map(|s| rows(s.part(range.clone()).rows));
+                let time = pick(&trajectory.time[range.clone()], own.as_deref());
+                let column = pick(&trajectory.columns[i][range.clone()], own.as_deref());
+                for spike in spikes(&time, &column)? {
+                    let row = range.start + own.as_ref().map_or(spike.row, |own| own[spike.row]);
                     values.push((index, row, i, spike.value));
                     if places.len() < NAMED {
                         places.push(format!(

@@ -167,6 +167,7 @@ mod tests {
                 time: &time,
                 columns: vec![&x, u],
                 weights: None,
+                seen: Vec::new(),
             };
             let n = library.names();
             multiples(&library, &names, &[stretch])

@@ -195,7 +195,7 @@ impl<'a> IdentificationRun<'a> {
                 true => ", of what moves",
                 false => "",
             };
-            let uniform = self.data.report().uniform;
+            let uniform = prepare::is_uniform(self.data, part);
             let both: &[f64] = match *smoothing == Smoothing::Automatic && uniform {
                 true => &[1.0, 2.0],
                 false => &[1.0],

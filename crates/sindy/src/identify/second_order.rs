@@ -42,7 +42,8 @@ pub fn with_velocities(data: &Dataset, positions: &[String]) -> Result<Dataset, 
     let places = places(data, positions)?;
     let stretches = data.stretches();
     let n = data.states().len();
-    let filters = prepare::filters(&stretches, n, data.report().uniform, 1.0)?;
+    let uniform = prepare::is_uniform(data, &stretches);
+    let filters = prepare::filters(&stretches, n, uniform, 1.0)?;
     let slopes = prepare::by(filters.as_deref(), &stretches, n)?;
     let mut all: Vec<Vec<Vec<f64>>> = data
         .trajectories()
@@ -63,7 +64,10 @@ pub fn with_velocities(data: &Dataset, positions: &[String]) -> Result<Dataset, 
     for (t, velocities) in data.trajectories().iter().zip(all) {
         let (states, inputs) = t.columns.split_at(n);
         let columns = [states, &velocities, inputs].concat();
-        out.push(t.name.clone(), t.time.clone(), columns, t.weights.clone())?;
+        let of_velocities = places.iter().filter_map(|&place| t.sampling().get(place));
+        let sampling = t.sampling().iter().chain(of_velocities).cloned().collect();
+        let all = (t.weights.clone(), sampling);
+        out.push_sampled(t.name.clone(), t.time.clone(), columns, all)?;
     }
     Ok(out)
 }

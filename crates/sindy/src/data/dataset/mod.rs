@@ -18,6 +18,7 @@
 //! ```
 
 mod bridge;
+pub(crate) mod sampling;
 
 use std::ops::Range;
 
@@ -27,6 +28,7 @@ use crate::data::samples::Samples;
 use crate::error::{SindyError, require, same_size};
 use crate::numerics::nearest_quantile;
 pub(crate) use bridge::{BRIDGED, bridge};
+pub(crate) use sampling::{Sampling, Seen};
 
 /// One trajectory of the caller's data.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +41,8 @@ pub struct Trajectory {
     pub columns: Vec<Vec<f64>>,
     /// A weight for each row, where rows do not count alike.
     pub weights: Option<Vec<f64>>,
+    /// Where each state is measured; none where all are in all rows.
+    sampling: Vec<Sampling>,
     /// The stretches without gaps.
     ranges: Vec<Range<usize>>,
 }
@@ -47,6 +51,11 @@ impl Trajectory {
     /// The rows of each stretch without gaps.
     pub(crate) fn ranges(&self) -> &[Range<usize>] {
         &self.ranges
+    }
+
+    /// Where each state is measured; none where all are in all rows.
+    pub(crate) fn sampling(&self) -> &[Sampling] {
+        &self.sampling
     }
 }
 
@@ -61,17 +70,30 @@ pub struct Stretch<'a> {
     pub columns: Vec<&'a [f64]>,
     /// A weight for each row, where rows do not count alike.
     pub weights: Option<&'a [f64]>,
+    /// Where each state is measured; none where all are in all rows.
+    pub(crate) seen: Vec<Seen<'a>>,
 }
 
 impl Stretch<'_> {
     /// The rows of `range` alone.
     pub(crate) fn part(&self, range: Range<usize>) -> Self {
+        let seen = self.seen.iter().map(|s| Seen {
+            rows: &s.rows[range.clone()],
+            slow: s.slow,
+        });
         Self {
             trajectory: self.trajectory,
             time: &self.time[range.clone()],
             columns: self.columns.iter().map(|c| &c[range.clone()]).collect(),
-            weights: self.weights.map(|w| &w[range]),
+            weights: self.weights.map(|w| &w[range.clone()]),
+            seen: seen.collect(),
         }
+    }
+
+    /// The rows in which a state with a rate of its own is measured; `None` of others, which are smoothed over all rows.
+    pub(crate) fn own_rows(&self, state: usize) -> Option<Vec<usize>> {
+        let seen = self.seen.get(state).filter(|s| s.slow)?;
+        Some(sampling::rows(seen.rows))
     }
 }
 
@@ -162,8 +184,19 @@ impl Dataset {
         &mut self,
         name: impl Into<String>,
         time: Vec<f64>,
+        columns: Vec<Vec<f64>>,
+        weights: Option<Vec<f64>>,
+    ) -> Result<(), SindyError> {
+        self.push_sampled(name, time, columns, (weights, Vec::new()))
+    }
+
+    /// The same where states are measured in some rows only: the others hold values that are likely there.
+    pub(crate) fn push_sampled(
+        &mut self,
+        name: impl Into<String>,
+        time: Vec<f64>,
         mut columns: Vec<Vec<f64>>,
-        mut weights: Option<Vec<f64>>,
+        (mut weights, sampling): (Option<Vec<f64>>, Vec<Sampling>),
     ) -> Result<(), SindyError> {
         let expected = self.states.len() + self.inputs.len();
         same_size("columns (states, then inputs)", expected, columns.len())?;
@@ -194,6 +227,7 @@ impl Dataset {
             time,
             columns,
             weights,
+            sampling,
             ranges: found.ranges,
         });
         let report = &mut self.report;
@@ -211,9 +245,24 @@ impl Dataset {
         for &(trajectory, row, state, value) in values {
             let t = &mut out.trajectories[trajectory];
             t.columns[state][row] = value;
-            t.weights.get_or_insert_with(|| vec![1.0; t.time.len()])[row] = 0.0;
+            match t.sampling.get_mut(state) {
+                Some(own) => own.leave_out(row, &t.time, &mut t.columns[state]),
+                None => t.weights.get_or_insert_with(|| vec![1.0; t.time.len()])[row] = 0.0,
+            }
         }
         out
+    }
+
+    /// Whether values are missing one by one: a row lacks the value of a state and not of another, or a column is measured in some
+    /// rows only, as where columns have rates of their own.
+    #[must_use]
+    pub fn lacks_single_values(&self) -> bool {
+        let n = self.states.len();
+        self.trajectories.iter().any(|t| {
+            let lacks = |row: usize| t.columns[..n].iter().filter(|c| c[row].is_nan()).count();
+            (0..t.time.len()).any(|row| (1..n).contains(&lacks(row)))
+                || t.columns.iter().any(|c| Sampling::of(c).slow)
+        })
     }
 
     /// The states' names.
@@ -270,6 +319,7 @@ impl Dataset {
                     time: &t.time[range.clone()],
                     columns: t.columns.iter().map(|c| &c[range.clone()]).collect(),
                     weights: t.weights.as_ref().map(|w| &w[range.clone()]),
+                    seen: t.sampling.iter().map(|s| s.part(range.clone())).collect(),
                 });
             }
         }

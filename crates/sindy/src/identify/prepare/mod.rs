@@ -1,5 +1,7 @@
 //! From a data set to what identification works on: noise, smoothed states, slopes, pieces.
 
+mod series;
+
 use super::regress::{Regression, Statistics};
 use crate::data::dataset::{Dataset, Stretch};
 use crate::data::samples::Samples;
@@ -11,6 +13,8 @@ use crate::error::SindyError;
 use crate::model::Interpolation;
 use crate::numerics::upper_median;
 use crate::trajectory::output_error::Piece;
+pub(super) use series::is_uniform;
+use series::{Series, rows_apart, smoothed};
 
 /// Rows below which a stretch is differenced, not smoothed: the choice of a window needs some windows' worth of rows.
 const SMOOTHED: usize = 25;
@@ -87,7 +91,8 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
         tolerated: Vec::new(),
     };
     for i in 0..states {
-        let all = || stretches.iter().flat_map(|s| s.columns[i].iter());
+        let series: Vec<Series<'_>> = stretches.iter().map(|s| Series::of(s, i)).collect();
+        let all = || series.iter().flat_map(|s| s.values.iter());
         let n = all().count() as f64;
         let mean = all().sum::<f64>() / n;
         let scatter = (all().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
@@ -98,9 +103,9 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
         };
         let floor = FLOOR * scale;
         // The median over stretches, each of which counts once, however long.
-        let mut levels: Vec<f64> = stretches
+        let mut levels: Vec<f64> = series
             .iter()
-            .filter_map(|s| noise_level(s.time, s.columns[i]).ok())
+            .filter_map(|s| noise_level(&s.time, &s.values).ok())
             .map(|l| l.sigma)
             .collect();
         let level = upper_median(&mut levels).unwrap_or(0.0);
@@ -158,29 +163,18 @@ pub(super) fn filters(
     uniform: bool,
     wider: f64,
 ) -> Result<Option<Vec<SavitzkyGolay>>, SindyError> {
-    // Half of the rows lie in stretches at least so long: a few short ones do not narrow the window for all.
-    let mut lengths: Vec<usize> = stretches.iter().map(|s| s.time.len()).collect();
-    lengths.sort_unstable_by(|a, b| b.cmp(a));
-    let half = lengths.iter().sum::<usize>() / 2;
-    let mut rows = 0;
-    let usual = lengths.iter().find(|&&n| {
-        rows += n;
-        rows >= half
-    });
-    let enough = (usual.copied().unwrap_or(0) / 2).max(SMOOTHED);
-    let long: Vec<&Stretch<'_>> = stretches
-        .iter()
-        .filter(|s| s.time.len() >= enough)
-        .collect();
-    if !uniform || long.is_empty() {
+    if !uniform {
         return Ok(None);
     }
-    let shortest = long.iter().map(|s| s.time.len()).min().unwrap_or(enough);
-    let most = (shortest - 1) / 2 * 2 - 1;
     let mut filters = Vec::new();
     for i in 0..states {
-        let series: Vec<(&[f64], &[f64])> = long.iter().map(|s| (s.time, s.columns[i])).collect();
-        let choice = choose_savgol(&series, &SavgolSearch::default())?;
+        let series: Vec<Series<'_>> = stretches.iter().map(|s| Series::of(s, i)).collect();
+        let long = series::long(&series, SMOOTHED);
+        let Some(shortest) = long.iter().map(|s| s.0.len()).min() else {
+            return Ok(None);
+        };
+        let most = (shortest - 1) / 2 * 2 - 1;
+        let choice = choose_savgol(&long, &SavgolSearch::default())?;
         let window = (choice.filter.window() as f64 * wider / 2.0) as usize * 2 + 1;
         let degree = choice.filter.degree();
         let least = least_window(degree);
@@ -225,23 +219,23 @@ pub(super) fn by(
             FiniteDifference::new(2)?.apply(time, column)
         }
     };
-    let smoothed = stretches
-        .iter()
-        .map(|s| {
-            let columns = filters.iter().zip(&s.columns);
-            columns.map(|(f, c)| one(f, s.time, c)).collect()
-        })
-        .collect::<Result<_, SindyError>>()?;
+    let smoothed = smoothed(stretches, states, |i, time, column| {
+        one(&filters[i], time, column)
+    })?;
     let text: Vec<String> = filters
         .iter()
         .map(|f| format!("{}/{}", f.window(), f.degree()))
         .collect();
-    let widest = filters.iter().map(SavitzkyGolay::window).max().unwrap_or(1);
+    // In rows, of which one with a rate of its own has several between samples.
+    let apart = (0..states).map(|i| rows_apart(stretches, i));
+    let windows = filters.iter().zip(apart);
+    let windows = windows.map(|(f, apart)| (f.window() as f64 * apart).round());
+    let widest = windows.fold(1.0, f64::max);
     Ok(Slopes {
         name: format!("Savitzky–Golay, window/degree {}", text.join(", ")),
         smoothed,
-        edge: widest / 2,
-        window: widest as f64,
+        edge: widest as usize / 2,
+        window: widest,
     })
 }
 
@@ -267,19 +261,14 @@ pub(super) fn with(
         Differentiator::Kalman(_) => ("Kalman smoother by maximum likelihood".into(), 5),
         Differentiator::Spectral(_) => ("spectral".into(), 5),
     };
-    let smoothed = stretches
-        .iter()
-        .map(|s| {
-            (0..states)
-                .map(|i| match method.apply(s.time, s.columns[i]) {
-                    Err(SindyError::TooShort { .. }) => {
-                        FiniteDifference::new(2)?.apply(s.time, s.columns[i])
-                    }
-                    other => other,
-                })
-                .collect()
-        })
-        .collect::<Result<_, SindyError>>()?;
+    let smoothed = smoothed(stretches, states, |_, time, column| {
+        match method.apply(time, column) {
+            Err(SindyError::TooShort { .. }) => FiniteDifference::new(2)?.apply(time, column),
+            other => other,
+        }
+    })?;
+    let apart = (0..states).map(|i| rows_apart(stretches, i));
+    let edge = (edge as f64 * apart.fold(1.0, f64::max)).round() as usize;
     Ok(Slopes {
         name,
         smoothed,
@@ -433,6 +422,7 @@ fn cut<'a>(
                 inputs: s.columns[states..].iter().map(|c| &c[start..end]).collect(),
                 between: between.to_vec(),
                 weights: s.weights.map(|w| &w[start..end]),
+                seen: s.seen.iter().map(|s| &s.rows[start..end]).collect(),
                 smooth: smooth
                     .iter()
                     .map(|c| c.value[start..end].to_vec())

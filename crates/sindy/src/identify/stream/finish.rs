@@ -196,6 +196,7 @@ fn pieces<'a>(kept: &'a [Kept], columns: &Columns, between: &[Interpolation]) ->
             inputs: slices(&k.columns[1 + states..width]),
             between: between.to_vec(),
             weights: k.columns.get(width).map(Vec::as_slice),
+            seen: Vec::new(),
             smooth: k.smooth.clone(),
         })
         .collect()

@@ -2,6 +2,7 @@ mod all_rows;
 mod disturbed;
 mod known;
 mod noise;
+mod rates;
 mod rows;
 mod signs;
 

@@ -33,8 +33,8 @@ pub(super) struct Normal {
     pub yty: f64,
     /// Sum of squares of each state's residuals as simulated from the nodes, in its unit squared.
     pub misfit: Vec<f64>,
-    /// Samples that were compared, for each state.
-    pub rows: usize,
+    /// Samples of each measured state that were compared.
+    pub samples: Vec<usize>,
     /// Sum of squares of the defects over the noise.
     pub defects: f64,
     /// How nodes follow from the coefficients.
@@ -120,7 +120,7 @@ impl Normal {
             xty: DVector::zeros(p),
             yty: 0.0,
             misfit: vec![0.0; n],
-            rows: 0,
+            samples: vec![0; follow.system.measured],
             defects: 0.0,
             moves: Vec::new(),
         }
@@ -145,7 +145,10 @@ impl Normal {
             .iter_mut()
             .zip(part.misfit)
             .for_each(|(sum, misfit)| *sum += misfit);
-        self.rows += part.rows;
+        self.samples
+            .iter_mut()
+            .zip(part.samples)
+            .for_each(|(sum, samples)| *sum += samples);
         self.defects += part.defects;
         self.moves.extend(part.moves);
     }
@@ -232,6 +235,9 @@ impl Normal {
             }
         }
         sums.flush();
+        if record.is_sparse() {
+            sums.hold(&record.spread);
+        }
         let (start, by) = sums.eliminate(n, self)?;
         self.moves.push(ArcMoves {
             record: index,
@@ -255,9 +261,11 @@ impl Normal {
         if root == 0.0 {
             return;
         }
-        self.rows += 1;
-        whitener.row(row);
         for (i, x) in x.iter().take(follow.system.measured).enumerate() {
+            let Some(sample) = record.sample(i, row) else {
+                continue;
+            };
+            self.samples[i] += 1;
             let residual = record.residual(i, row, *x);
             let scale = root / follow.sigma[i];
             let y = residual / follow.sigma[i] - at.d[i] * scale;
@@ -265,7 +273,7 @@ impl Normal {
             let values = along.iter().map(|v| v * scale);
             if whitener.changes(i) {
                 let mut values: Vec<f64> = values.chain([y, residual]).collect();
-                whitener.apply(i, &mut values);
+                whitener.apply(i, sample, &mut values);
                 if let [values @ .., y, residual] = values.as_slice() {
                     self.misfit[i] += residual * residual;
                     sums.push(values.iter().copied(), *y);
@@ -325,6 +333,14 @@ impl Sums {
         let part = self.chunk.columns(0, self.filled);
         self.total += part * part.transpose();
         self.filled = 0;
+    }
+
+    /// Keeps the arc's start near where it is, in directions in which hardly any sample sees it: variances are those of the states over
+    /// the record.
+    fn hold(&mut self, variances: &[f64]) {
+        for (i, variance) in variances.iter().enumerate() {
+            self.total[(i, i)] += 1.0 / variance.max(f64::MIN_POSITIVE);
+        }
     }
 
     /// Eliminates the arc's start and adds the reduced equations to `out`.

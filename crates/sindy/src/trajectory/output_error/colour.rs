@@ -21,30 +21,22 @@ const UNIT_ROOT: f64 = 14.1;
 /// Standard deviations of a normal variable at a level of 1 %.
 const SURE: f64 = 2.576;
 
-/// Subtracts from each row of an arc the noise that the row before predicts.
+/// Subtracts from each sample of an arc the noise that the one before predicts.
 pub(super) struct Whitener<'a> {
     /// φ of each measured state.
     colour: &'a [f64],
-    /// The last row, and by state its values before the map.
-    last: Option<usize>,
+    /// By state, the last sample and its values before the map.
+    last: Vec<Option<usize>>,
     before: Vec<Vec<f64>>,
-    follows: bool,
 }
 
 impl<'a> Whitener<'a> {
     pub(super) fn new(colour: &'a [f64]) -> Self {
         Self {
             colour,
-            last: None,
+            last: vec![None; colour.len()],
             before: vec![Vec::new(); colour.len()],
-            follows: false,
         }
-    }
-
-    /// Begins a row; it follows the last one if it is the next sample.
-    pub(super) fn row(&mut self, row: usize) {
-        self.follows = self.last.is_some_and(|last| last + 1 == row);
-        self.last = Some(row);
     }
 
     /// Whether values of a state are changed at all.
@@ -56,14 +48,15 @@ impl<'a> Whitener<'a> {
         self.colour.get(state).copied().unwrap_or(0.0)
     }
 
-    /// Maps values of a state in the present row.
-    pub(super) fn apply(&mut self, state: usize, values: &mut [f64]) {
+    /// Maps values of a state at a sample, which follows the last one if it is the next.
+    pub(super) fn apply(&mut self, state: usize, sample: usize, values: &mut [f64]) {
         let phi = self.phi(state);
         if phi == 0.0 {
             return;
         }
         let own = values.to_vec();
-        if self.follows {
+        let last = self.last[state].replace(sample);
+        if last.is_some_and(|last| last + 1 == sample) {
             let pairs = values.iter_mut().zip(&self.before[state]);
             pairs.for_each(|(v, before)| *v -= phi * before);
         } else {
@@ -118,8 +111,7 @@ pub(super) fn whitened(residuals: &[Vec<Vec<f64>>], colour: &[f64]) -> Vec<Vec<V
         let mut whitener = Whitener::new(colour);
         let row = |(k, v): (usize, &f64)| {
             let mut one = [*v];
-            whitener.row(k);
-            whitener.apply(i, &mut one);
+            whitener.apply(i, k, &mut one);
             one[0]
         };
         values.iter().enumerate().map(row).collect()
@@ -166,8 +158,7 @@ mod tests {
         let mut whitener = Whitener::new(&[0.6, 0.0]);
         let mut of = |row: usize, state: usize, v: f64| {
             let mut values = [v];
-            whitener.row(row);
-            whitener.apply(state, &mut values);
+            whitener.apply(state, row, &mut values);
             values[0]
         };
         assert!((of(3, 0, 1.0) - 0.8).abs() < 1e-15);

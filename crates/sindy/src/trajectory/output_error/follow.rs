@@ -137,10 +137,12 @@ impl Follow<'_> {
             if record.root_weight(row) == 0.0 {
                 return;
             }
-            whitener.row(row);
             for (i, x) in x.iter().take(self.system.measured).enumerate() {
+                let Some(sample) = record.sample(i, row) else {
+                    continue;
+                };
                 let mut residual = [record.residual(i, row, *x)];
-                whitener.apply(i, &mut residual);
+                whitener.apply(i, sample, &mut residual);
                 misfit[i] += residual[0].powi(2);
             }
         };
@@ -170,7 +172,7 @@ impl Follow<'_> {
         Some((misfit, defects))
     }
 
-    /// Residuals of every record and measured state as the nodes stand, in units of the data.
+    /// Residuals of every record and measured state, by sample, as the nodes stand, in units of the data.
     pub(super) fn residuals(&self, records: &[Record]) -> Vec<Vec<Vec<f64>>> {
         let (mut work, mut step) = (self.system.work(self.coefficients), self.system.blank());
         let mut all = Vec::new();
@@ -181,7 +183,9 @@ impl Follow<'_> {
                 let (from, to) = record.between(node);
                 for row in from..to + usize::from(record.is_last(node)) {
                     for (i, of) in of.iter_mut().enumerate() {
-                        of.push(record.residual(i, row, x[i]));
+                        if record.sample(i, row).is_some() {
+                            of.push(record.residual(i, row, x[i]));
+                        }
                     }
                     if row < to {
                         self.advance_state(record, row, &mut x, (&mut work, &mut step));
@@ -205,8 +209,10 @@ impl Follow<'_> {
                 for row in record.rows[first]..end.unwrap_or(record.time.len() - 1) {
                     self.advance_state(record, row, &mut x, (&mut work, &mut step));
                     for (i, x) in x.iter().take(self.system.measured).enumerate() {
-                        sum += self.size(i, record.residual(i, row + 1, *x));
-                        count += 1;
+                        if record.sample(i, row + 1).is_some() {
+                            sum += self.size(i, record.residual(i, row + 1, *x));
+                            count += 1;
+                        }
                     }
                 }
             }

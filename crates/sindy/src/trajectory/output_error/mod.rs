@@ -74,6 +74,8 @@ pub struct Piece<'a> {
     pub between: Vec<Interpolation>,
     /// A weight for each row.
     pub weights: Option<&'a [f64]>,
+    /// The rows in which each state is measured; none where all are in all rows. States are compared there alone.
+    pub seen: Vec<&'a [bool]>,
     /// Smoothed states.
     pub smooth: Vec<Vec<f64>>,
 }

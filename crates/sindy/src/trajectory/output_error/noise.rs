@@ -103,7 +103,7 @@ pub(crate) fn independence(
     let residuals = whitened(&follow(usize::MAX).residuals(&records), &fit.colour);
     let absorbed: Vec<Vec<f64>> = (0..=SHIFTS)
         .map(|shift| {
-            let r = shifted(&residuals, &fit.sigma, shift);
+            let r = shifted(&records, &residuals, &fit.sigma, shift);
             let of = |arcs: &Vec<Arc>| arcs.iter().map(|a| a.absorbs(&r)).sum::<f64>();
             arcs.iter().map(of).collect()
         })
@@ -124,17 +124,25 @@ pub(crate) fn independence(
 }
 
 /// All residuals, record by record, by row, then state, in units of their root mean square, but for each record's last row;
-/// each state's are shifted by a time of its own.
-fn shifted(residuals: &[Vec<Vec<f64>>], sigma: &[f64], shift: usize) -> DVector<f64> {
+/// each state's are shifted by a number of samples of its own.
+fn shifted(
+    records: &[Record],
+    residuals: &[Vec<Vec<f64>>],
+    sigma: &[f64],
+    shift: usize,
+) -> DVector<f64> {
     let mut out = Vec::new();
-    for record in residuals {
-        let length = record[0].len();
-        let by: Vec<usize> = (0..record.len())
-            .map(|i| ((shift as f64 * lattice(i)).fract() * length as f64) as usize)
-            .collect();
-        for row in 0..length - 1 {
-            let values = record.iter().zip(&by).zip(sigma);
-            out.extend(values.map(|((r, by), sigma)| r[(row + by) % length] / sigma));
+    for (record, residuals) in records.iter().zip(residuals) {
+        let by = |(i, r): (usize, &Vec<f64>)| {
+            ((shift as f64 * lattice(i)).fract() * r.len() as f64) as usize
+        };
+        let by: Vec<usize> = residuals.iter().enumerate().map(by).collect();
+        for row in 0..record.time.len() - 1 {
+            for (i, r) in residuals.iter().enumerate() {
+                if let Some(sample) = record.sample(i, row) {
+                    out.push(r[(sample + by[i]) % r.len()] / sigma[i]);
+                }
+            }
         }
     }
     DVector::from_vec(out)
@@ -163,7 +171,7 @@ fn arcs(follow: &Follow<'_>, records: &[Record]) -> Option<Vec<Arc>> {
                 let (from, to) = record.between(node);
                 let mut x = record.nodes[node].clone();
                 for row in from..to {
-                    rows.push(at.m.clone());
+                    rows.push((row, at.m.clone()));
                     let scratch = (&mut work, &mut step);
                     follow.advance(
                         record,
@@ -182,31 +190,28 @@ fn arcs(follow: &Follow<'_>, records: &[Record]) -> Option<Vec<Arc>> {
                     break;
                 }
             }
-            if rows.iter().any(|m| m.iter().any(|v| !v.is_finite())) {
+            if rows.iter().any(|(_, m)| m.iter().any(|v| !v.is_finite())) {
                 return None;
             }
-            let m = system.measured;
-            let values = rows.len() * m;
-            let mut all = DMatrix::zeros(values, n + kept.len());
+            let mut values: Vec<Vec<f64>> = Vec::new();
             let mut whitener = Whitener::new(follow.colour);
-            for (k, row) in rows.iter().enumerate() {
-                whitener.row(k);
-                for i in 0..m {
+            for (row, m) in &rows {
+                for i in 0..system.measured {
+                    let Some(sample) = record.sample(i, *row) else {
+                        continue;
+                    };
                     let columns = (0..n).chain(kept.iter().map(|j| n + j));
-                    let mut own: Vec<f64> =
-                        columns.map(|j| row[(i, j)] / follow.sigma[i]).collect();
-                    whitener.apply(i, &mut own);
-                    all.row_mut(k * m + i)
-                        .iter_mut()
-                        .zip(own)
-                        .for_each(|(to, v)| *to = v);
+                    let mut own: Vec<f64> = columns.map(|j| m[(i, j)] / follow.sigma[i]).collect();
+                    whitener.apply(i, sample, &mut own);
+                    values.push(own);
                 }
             }
+            let all = DMatrix::from_fn(values.len(), n + kept.len(), |k, j| values[k][j]);
             out.push(Arc {
                 first: place,
                 basis: orthonormal(all),
             });
-            place += values;
+            place += values.len();
         }
     }
     Some(out)
@@ -290,6 +295,7 @@ mod tests {
             inputs: Vec::new(),
             between: Vec::new(),
             weights: None,
+            seen: Vec::new(),
             smooth: path.to_vec(),
         };
         let record = Record::new(&piece);

@@ -16,11 +16,15 @@ pub(super) struct Record {
     pub states: Vec<Vec<f64>>,
     inputs: Vec<Input>,
     /// Square roots of the rows' weights.
-    pub weights: Option<Vec<f64>>,
+    weights: Option<Vec<f64>>,
+    /// By state, where it is measured: the number of the sample in each row. None where all are in all rows.
+    samples: Vec<Vec<Option<usize>>>,
     /// The states at the nodes, as they are estimated now.
     pub nodes: Vec<Vec<f64>>,
     /// The rows of the nodes, the first of them 0.
     pub rows: Vec<usize>,
+    /// Variance of each state over the nodes as they were first.
+    pub spread: Vec<f64>,
 }
 
 /// One input.
@@ -37,7 +41,10 @@ impl Record {
         let pace = piece.smooth.iter().map(|c| pace(c)).fold(0.0, f64::max);
         let node = ((CHANGE / pace) as usize).clamp(1, NODE);
         let rows: Vec<usize> = (0..n.saturating_sub(1)).step_by(node).collect();
+        let smooth = piece.smooth.iter();
+        let spread = smooth.map(|c| variance(rows.iter().map(|&r| c[r])));
         Self {
+            spread: spread.collect(),
             time: piece.time.to_vec(),
             states: piece.states.iter().map(|c| c.to_vec()).collect(),
             inputs: piece
@@ -54,6 +61,7 @@ impl Record {
                 })
                 .collect(),
             weights: piece.weights.map(|w| w.iter().map(|w| w.sqrt()).collect()),
+            samples: piece.seen.iter().map(|seen| numbered(seen)).collect(),
             nodes: rows
                 .iter()
                 .map(|&r| piece.smooth.iter().map(|c| c[r]).collect())
@@ -97,6 +105,49 @@ impl Record {
     pub(super) fn root_weight(&self, row: usize) -> f64 {
         self.weights.as_ref().map_or(1.0, |w| w[row])
     }
+
+    /// The number of the sample of state `i` at `row`; `None` where it is not measured there.
+    pub(super) fn sample(&self, i: usize, row: usize) -> Option<usize> {
+        self.samples.get(i).map_or(Some(row), |own| own[row])
+    }
+
+    /// Whether any state is compared at `row`.
+    pub(super) fn is_compared(&self, row: usize) -> bool {
+        let seen = self.samples.iter().any(|own| own[row].is_some());
+        self.root_weight(row) > 0.0 && (self.samples.is_empty() || seen)
+    }
+
+    /// Whether the start of an arc may be seen by too few values to be found.
+    pub(super) fn is_sparse(&self) -> bool {
+        !self.samples.is_empty()
+    }
+
+    /// Nodes that hold some samples of every state on average, with the first and the last of them.
+    pub(super) fn nodes_of(&self, samples: usize, measured: usize) -> usize {
+        let counts = self.samples.iter().take(measured);
+        let least = counts.map(|own| own.iter().flatten().count()).min();
+        let apart = least.map_or(1.0, |n| self.time.len() as f64 / n.max(1) as f64);
+        let rows = self.time.len() as f64 / self.rows.len() as f64;
+        (samples as f64 * apart / rows).ceil() as usize
+    }
+}
+
+/// The numbers of the rows that are seen, among these.
+fn numbered(seen: &[bool]) -> Vec<Option<usize>> {
+    let mut count = 0;
+    let number = |seen: &bool| {
+        let number = count;
+        count += usize::from(*seen);
+        seen.then_some(number)
+    };
+    seen.iter().map(number).collect()
+}
+
+/// Variance of values about their mean.
+fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    values.map(|v| (v - mean).powi(2)).sum::<f64>() / n
 }
 
 /// Root mean square of the steps of a signal over its standard deviation.

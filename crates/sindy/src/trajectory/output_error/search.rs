@@ -21,6 +21,8 @@ pub(super) const SETTLED: f64 = 0.1;
 /// Change of a coefficient, in standard errors, below which the search is done: a tenth of what two printed digits of a
 /// standard error show. Half of it takes a step more.
 pub(super) const DONE: f64 = 0.01;
+/// Samples of every state in the first arcs, at least: a start is found from two, and coefficients from what is left.
+const SAMPLES_OF_AN_ARC: usize = 4;
 /// Weight of a defect against a residual when a step is judged: steps that close defects at the cost of residuals pass.
 const DEFECT: f64 = 10.0;
 /// A step may raise the sum of squares by this factor: closing defects costs.
@@ -46,7 +48,8 @@ struct State<'a> {
 struct StepResult {
     chosen: Chosen,
     arcs: usize,
-    values: usize,
+    /// Values compared of each measured state.
+    samples: Vec<usize>,
     /// The share of the step that was made.
     part: f64,
 }
@@ -65,15 +68,15 @@ pub fn search(
     let groups = &system.groups;
     let mut state = State {
         system,
-        records,
         xi: DVector::from_column_slice(&start.coefficients),
         sigma: start.sigma.clone(),
         colour: start.colour.clone(),
         cut: ArcSettings {
             growth: settings.growth,
-            longest: settings.first_arc.min(nodes),
+            longest: first_arc(&records, system, settings).min(nodes),
             substeps: 1,
         },
+        records,
     };
     state.refine_steps();
     let mut outcome = Outcome::IterationLimit;
@@ -108,6 +111,13 @@ pub fn search(
     Some(state.report(&last?, groups, (iterations, outcome)))
 }
 
+/// Nodes of the first arcs: as many as hold some samples of each state.
+fn first_arc(records: &[Record], system: &System, settings: &Settings) -> usize {
+    let sparse = records.iter().filter(|r| r.is_sparse());
+    let nodes = sparse.map(|r| r.nodes_of(SAMPLES_OF_AN_ARC, system.measured));
+    nodes.fold(settings.first_arc, usize::max)
+}
+
 impl State<'_> {
     fn follow(&self) -> Follow<'_> {
         Follow {
@@ -135,8 +145,7 @@ impl State<'_> {
         anew: bool,
         start: &Start,
     ) -> Option<StepResult> {
-        let measured = self.system.measured;
-        let values = normal.rows * measured;
+        let values = normal.samples.iter().sum();
         let linearised = Linearised {
             xtx: &normal.xtx,
             xty: &normal.xty,
@@ -150,14 +159,14 @@ impl State<'_> {
             chosen.clear(&mut self.xi);
             let (misfit, _) = self.follow().judge(&self.records, normal.cuts())?;
             let all = self.sigma.iter_mut().zip(&misfit).zip(&start.floor);
-            for ((s, m), floor) in all.take(measured) {
-                *s = (m / normal.rows as f64).sqrt().max(*floor);
+            for (((s, m), floor), samples) in all.zip(&normal.samples) {
+                *s = (m / *samples as f64).sqrt().max(*floor);
             }
         }
         Some(StepResult {
             chosen,
             arcs: normal.arcs(),
-            values,
+            samples: normal.samples.clone(),
             part,
         })
     }
@@ -196,11 +205,11 @@ impl State<'_> {
         groups: &[Vec<usize>],
         (iterations, outcome): (usize, Outcome),
     ) -> OutputErrorFit {
-        let measured = self.system.measured;
-        let rows = last.values as f64 / measured as f64;
+        let values: usize = last.samples.iter().sum();
         let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
-        let starts = (last.arcs * self.system.n) as f64 * (last.values as f64).ln();
-        let noise: f64 = self.sigma[..measured].iter().map(|s| 2.0 * s.ln()).sum();
+        let starts = (last.arcs * self.system.n) as f64 * (values as f64).ln();
+        let noise = self.sigma.iter().zip(&last.samples);
+        let noise: f64 = noise.map(|(s, samples)| *samples as f64 * 2.0 * s.ln()).sum();
         let chosen = &last.chosen;
         OutputErrorFit {
             coefficients: self.xi.iter().copied().collect(),
@@ -213,12 +222,12 @@ impl State<'_> {
                 &self.follow().residuals(&self.records),
                 &self.colour,
             )),
-            score: rows * noise + terms * chosen.penalty() + starts,
+            score: noise + terms * chosen.penalty() + starts,
             sigma: self.sigma.clone(),
             colour: self.colour.clone(),
             disturbance: None,
             arcs: last.arcs,
-            values: last.values,
+            values,
             iterations,
             outcome,
             trace: Trace {
@@ -328,6 +337,7 @@ mod tests {
             inputs: vec![],
             between: vec![],
             weights: None,
+            seen: Vec::new(),
             smooth: vec![x.clone()],
         };
         // x' = -x is right; a step to x' = 29 x is not, however the starts are moved with it.

@@ -166,6 +166,7 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
         inputs: vec![],
         between: vec![],
         weights: None,
+        seen: Vec::new(),
         smooth: vec![truth.clone()],
     };
     let start = Start {
@@ -219,6 +220,7 @@ fn analytic_the_penalty_counts_the_candidates_that_were_left_out_before() {
             inputs: vec![],
             between: vec![],
             weights: None,
+            seen: Vec::new(),
             smooth: vec![x.clone()],
         };
         let start = Start {
@@ -256,6 +258,7 @@ fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<OutputErrorFit> {
         inputs: vec![],
         between: vec![],
         weights: None,
+        seen: Vec::new(),
         smooth: vec![x.clone()],
     };
     let start = Start {

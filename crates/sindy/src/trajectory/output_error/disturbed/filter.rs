@@ -27,8 +27,10 @@ pub(super) struct Pass {
     pub sums: Sums,
     /// Sum of the logarithms of the determinants of that covariance.
     pub log_determinant: f64,
-    /// By measured state and row compared: innovations mapped to unit covariance.
+    /// By measured state and sample compared: innovations mapped to unit covariance.
     pub innovations: Vec<Vec<f64>>,
+    /// By row compared: the same, 0 of states that are not measured there.
+    pub errors: Vec<Vec<f64>>,
     /// By row compared: state and inputs before it.
     pub points: Vec<Vec<f64>>,
     /// By row from the second on.
@@ -43,6 +45,8 @@ pub(super) struct Belief {
 
 /// What a row adds.
 pub(super) struct Update {
+    /// The states that are measured there.
+    states: Vec<usize>,
     /// Innovations mapped to unit covariance.
     pub innovation: DVector<f64>,
     pub log_determinant: f64,
@@ -58,8 +62,8 @@ impl Belief {
         let mut mean = DVector::from_column_slice(&record.nodes[0]);
         let mut variance = DVector::zeros(mean.len());
         for i in 0..mean.len() {
-            if i >= measured {
-                variance[i] = spread(record.nodes.iter().map(|node| node[i]));
+            if i >= measured || record.sample(i, 0).is_none() {
+                variance[i] = record.spread[i];
             } else {
                 variance[i] = noise.measurement[i];
                 if record.root_weight(0) > 0.0 {
@@ -89,19 +93,20 @@ impl Belief {
         row: usize,
         noise: &Disturbance,
     ) -> Option<Update> {
-        let (n, measured) = (self.mean.len(), noise.measurement.len());
         let weight = record.root_weight(row).powi(2);
-        let mut s = self
-            .covariance
-            .view((0, 0), (measured, measured))
-            .into_owned();
-        for (i, variance) in noise.measurement.iter().enumerate() {
-            s[(i, i)] += variance / weight;
+        let states: Vec<usize> = (0..noise.measurement.len())
+            .filter(|&i| record.sample(i, row).is_some())
+            .collect();
+        let seen = self.covariance.select_rows(&states);
+        let mut s = seen.select_columns(&states);
+        for (k, &i) in states.iter().enumerate() {
+            s[(k, k)] += noise.measurement[i] / weight;
         }
         let cholesky = s.cholesky()?;
         let root = cholesky.l();
-        let nu = DVector::from_fn(measured, |i, _| record.states[i][row] - self.mean[i]);
-        let seen = self.covariance.view((0, 0), (measured, n)).into_owned();
+        let nu = DVector::from_fn(states.len(), |k, _| {
+            record.states[states[k]][row] - self.mean[states[k]]
+        });
         let gain = cholesky.solve(&seen).transpose();
         self.mean += &gain * &nu;
         self.covariance -= &gain * &seen;
@@ -109,7 +114,8 @@ impl Belief {
         self.covariance = (&self.covariance + self.covariance.transpose()) * 0.5;
         Some(Update {
             innovation: root.solve_lower_triangular(&nu)?,
-            log_determinant: (0..measured).map(|i| 2.0 * root[(i, i)].ln()).sum(),
+            log_determinant: root.diagonal().iter().map(|r| 2.0 * r.ln()).sum(),
+            states,
             root,
             gain,
         })
@@ -126,6 +132,7 @@ impl Filter<'_> {
             sums: Sums::new(p),
             log_determinant: 0.0,
             innovations: vec![Vec::with_capacity(rows); measured],
+            errors: Vec::with_capacity(rows),
             points: Vec::with_capacity(rows),
             steps: Vec::with_capacity(rows),
         };
@@ -153,13 +160,13 @@ impl Filter<'_> {
             };
             by = &linear.transition * by + along.m.columns(n, p);
             belief.predict(linear.to.clone(), &linear, self.noise);
-            if record.root_weight(row) > 0.0 {
+            if record.is_compared(row) {
                 let update = belief.update(record, row, self.noise)?;
                 pass.add(&update, &by, measured)?;
                 let inputs = record.inputs_at(row - 1, 0.0);
                 pass.points
                     .push(linear.from.iter().copied().chain(inputs).collect());
-                by -= &update.gain * by.rows(0, measured);
+                by -= &update.gain * by.select_rows(&update.states);
             }
             pass.steps.push(linear);
         }
@@ -174,19 +181,15 @@ impl Pass {
         let z = &update.innovation;
         let x = update
             .root
-            .solve_lower_triangular(&by.rows(0, measured).into_owned())?;
+            .solve_lower_triangular(&by.select_rows(&update.states))?;
         self.log_determinant += update.log_determinant;
-        for (i, (series, z)) in self.innovations.iter_mut().zip(z.iter()).enumerate() {
-            series.push(*z);
-            self.sums.push(x.row(i).iter().copied(), *z);
+        let mut errors = vec![0.0; measured];
+        for ((k, &i), z) in update.states.iter().enumerate().zip(z.iter()) {
+            errors[i] = *z;
+            self.innovations[i].push(*z);
+            self.sums.push(x.row(k).iter().copied(), *z);
         }
+        self.errors.push(errors);
         Some(())
     }
-}
-
-/// Variance of values about their mean.
-pub(super) fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let n = values.clone().count().max(1) as f64;
-    let mean = values.clone().sum::<f64>() / n;
-    values.map(|v| (v - mean).powi(2)).sum::<f64>() / n
 }

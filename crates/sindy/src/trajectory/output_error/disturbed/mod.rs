@@ -182,9 +182,7 @@ pub(crate) fn innovations(
         errors: Vec::new(),
     };
     for pass in passes {
-        let rows = pass.innovations.first().map_or(0, Vec::len);
-        out.errors
-            .extend((0..rows).map(|k| pass.innovations.iter().map(|s| s[k]).collect()));
+        out.errors.extend(pass.errors);
         out.points.extend(pass.points);
     }
     Some(out)

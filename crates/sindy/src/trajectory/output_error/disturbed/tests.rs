@@ -59,6 +59,7 @@ impl Relaxation {
             inputs: vec![&run.u],
             between: vec![Interpolation::ZeroOrderHold],
             weights: holes.then_some(&weights),
+            seen: Vec::new(),
             smooth: vec![run.x.clone()],
         };
         let start = Start {
@@ -167,6 +168,7 @@ fn prop_values_beyond_the_finite_numbers_end_the_search() {
         inputs: vec![],
         between: vec![],
         weights: None,
+        seen: Vec::new(),
         smooth: vec![huge.x.clone()],
     };
     let start = Start {

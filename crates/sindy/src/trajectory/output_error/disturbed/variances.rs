@@ -157,7 +157,7 @@ fn cost(passes: &[(&Record, &Pass)], noise: &Disturbance) -> f64 {
         for (k, step) in pass.steps.iter().take(looked).enumerate() {
             let mean = &step.to + &step.transition * (&belief.mean - &step.from);
             belief.predict(mean, step, noise);
-            if record.root_weight(k + 1) > 0.0 {
+            if record.is_compared(k + 1) {
                 let Some(update) = belief.update(record, k + 1, noise) else {
                     return f64::INFINITY;
                 };

@@ -1,0 +1,155 @@
+//! States that are not measured in every row: where they are, and what stands between.
+
+use std::borrow::Cow;
+
+use crate::data::gaps::GapSettings;
+use crate::error::SindyError;
+use crate::model::{hermite, spline_slopes};
+
+use super::bridge::BRIDGED;
+
+/// The rows of one trajectory that hold a measured value of a state.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Sampling {
+    /// By row.
+    pub seen: Vec<bool>,
+    /// Whether the state has a rate of its own, and is smoothed at its own times. Otherwise it is measured in nearly every row.
+    pub slow: bool,
+}
+
+/// The same of a stretch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen<'a> {
+    pub rows: &'a [bool],
+    pub slow: bool,
+}
+
+impl Sampling {
+    /// Of a column with NaN where nothing is measured.
+    pub(crate) fn of(column: &[f64]) -> Self {
+        let seen: Vec<bool> = column.iter().map(|v| !v.is_nan()).collect();
+        let rows = rows(&seen);
+        let apart = rows.windows(2).filter(|w| w[1] - w[0] > 1).count();
+        Self {
+            slow: 2 * apart > rows.len(),
+            seen,
+        }
+    }
+
+    /// Writes what is likely between the measured values: the cubic spline through those around. Nothing is written before the first
+    /// and after the last, and in gaps: between samples of a state with a rate of its own that are far apart for it, and over more
+    /// than three rows of others.
+    pub(crate) fn fill(&self, time: &[f64], column: &mut [f64]) -> Result<(), SindyError> {
+        let own = rows(&self.seen);
+        let times: Vec<f64> = own.iter().map(|&r| time[r]).collect();
+        if own.len() < 2 {
+            return Ok(());
+        }
+        let longest = GapSettings::usual(&times, 1)?.longest(&times);
+        let is_gap = |a: usize, b: usize| match self.slow {
+            true => time[b] - time[a] > longest,
+            false => b - a > BRIDGED + 1,
+        };
+        for (row, seen) in self.seen.iter().enumerate() {
+            if !seen {
+                column[row] = f64::NAN;
+            }
+        }
+        for part in own.chunk_by(|a, b| !is_gap(*a, *b)) {
+            let (x, y): (Vec<f64>, Vec<f64>) = part.iter().map(|&r| (time[r], column[r])).unzip();
+            if part.len() < 2 || part.len() == part[part.len() - 1] - part[0] + 1 {
+                continue;
+            }
+            let slopes = spline_slopes(&x, &y);
+            for k in 0..part.len() - 1 {
+                between(time, column, [part[k], part[k + 1]], [slopes[k], slopes[k + 1]]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a row from those that are measured. Of a state with a rate of its own a straight line bridges it.
+    pub(crate) fn leave_out(&mut self, row: usize, time: &[f64], column: &mut [f64]) {
+        self.seen[row] = false;
+        let before = (0..row).rfind(|&k| self.seen[k]);
+        let after = (row..self.seen.len()).find(|&k| self.seen[k]);
+        if let (true, Some(a), Some(b)) = (self.slow, before, after) {
+            let slope = (column[b] - column[a]) / (time[b] - time[a]);
+            between(time, column, [a, b], [slope; 2]);
+        }
+    }
+
+    /// The rows of a range alone.
+    pub(crate) fn part(&self, range: std::ops::Range<usize>) -> Seen<'_> {
+        Seen {
+            rows: &self.seen[range],
+            slow: self.slow,
+        }
+    }
+}
+
+/// The rows that are measured.
+pub(crate) fn rows(seen: &[bool]) -> Vec<usize> {
+    (0..seen.len()).filter(|&row| seen[row]).collect()
+}
+
+/// Writes cubics with the given slopes at two rows into the rows between.
+fn between(time: &[f64], column: &mut [f64], [a, b]: [usize; 2], slopes: [f64; 2]) {
+    let h = time[b] - time[a];
+    let (from, to) = (column[a], column[b]);
+    for row in a + 1..b {
+        let part = (time[row] - time[a]) / h;
+        column[row] = hermite(from, to, h * slopes[0], h * slopes[1], part);
+    }
+}
+
+/// The values that are picked by `rows`; all where there are none.
+pub(crate) fn pick<'a>(values: &'a [f64], rows: Option<&[usize]>) -> Cow<'a, [f64]> {
+    match rows {
+        None => Cow::Borrowed(values),
+        Some(rows) => Cow::Owned(rows.iter().map(|&row| values[row]).collect()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAN: f64 = f64::NAN;
+
+    #[test]
+    fn analytic_cubics_are_bridged_exactly_between_samples_and_not_beyond() {
+        let time: Vec<f64> = (0..60).map(|k| 0.1 * f64::from(k)).collect();
+        let truth = |t: f64| 1.0 - t + 0.5 * t * t - 0.1 * t * t * t;
+        let mut column = vec![NAN; 60];
+        (2..58).step_by(5).for_each(|row| column[row] = truth(time[row]));
+        let sampling = Sampling::of(&column);
+        assert!(sampling.slow);
+        sampling.fill(&time, &mut column).unwrap();
+        for (row, v) in column.iter().enumerate() {
+            // A not-a-knot spline through a cubic is that cubic, to rounding.
+            let is_right = (v - truth(time[row])).abs() < 1e-12;
+            assert_eq!(is_right, (2..58).contains(&row), "{row}: {v}");
+        }
+    }
+
+    #[test]
+    fn prop_gaps_are_judged_by_the_rate_of_the_state() {
+        let time: Vec<f64> = (0..200).map(|k| 0.1 * f64::from(k)).collect();
+        // Every fourth row, but for a pause of 40 rows.
+        let slow = |row: usize| row % 4 == 0 && !(80..120).contains(&row);
+        let often = |row: usize| row % 9 != 0 && !(80..85).contains(&row);
+        for (of, gap) in [(&slow as &dyn Fn(usize) -> bool, 77..120), (&often, 80..85)] {
+            let value = |row| if of(row) { 1.0 } else { NAN };
+            let mut column: Vec<f64> = (0..200).map(value).collect();
+            let sampling = Sampling::of(&column);
+            assert_eq!(sampling.slow, gap.len() > 9);
+            sampling.fill(&time, &mut column).unwrap();
+            let first = (0..200).find(|&row| of(row)).unwrap();
+            let last = (0..200).rfind(|&row| of(row)).unwrap();
+            for row in first..=last {
+                assert_eq!(column[row].is_nan(), gap.contains(&row), "{row}");
+            }
+        }
+    }
+}
