@@ -14,9 +14,11 @@ use crate::table::args::name;
 /// Find the equations behind measured trajectories.
 ///
 /// Each state's rate of change is written as a sum of few candidate terms. Smoothing, terms and coefficients are chosen
-/// from the data; no option but --states is needed. Each file is a trajectory, unless --trajectory splits it. An empty
-/// cell is a gap and is counted. Rows that lack a state have no weight, up to three in succession. Longer gaps split the
-/// trajectory, and so does every gap with --discrete or --stream.
+/// from the data; no option but --states is needed. Each file is a trajectory, unless --trajectory splits it.
+///
+/// Columns may have rates of their own: a cell is empty where its column was not measured. Each state is smoothed at its own times and
+/// compared where it was measured, and inputs are interpolated. Up to three lost values in succession are bridged. Longer gaps split
+/// the trajectory, and so does every empty cell with --discrete or --stream.
 #[derive(Args, Debug)]
 #[command(after_help = FIT_EXAMPLES)]
 pub(crate) struct FitArgs {

@@ -26,6 +26,8 @@ pub(crate) enum Corruption {
     Outliers(f64),
     /// White noise of 1 %; percent of the rows are NaN.
     Missing(f64),
+    /// White noise of 1 %; of each state in turn one row in so many is measured.
+    Rates(&'static [usize]),
     /// White noise of percent; rows at random times, up to 0.4 steps off.
     Irregular(f64),
     /// The states are driven by white noise: percent in one unit of time (a map: in each iteration).
@@ -47,6 +49,7 @@ impl Corruption {
             Self::Quantised(p) => format!("quantised {p} %"),
             Self::Outliers(p) => format!("outliers {p} %"),
             Self::Missing(p) => format!("NaN rows {p} %"),
+            Self::Rates(rows) => format!("rates {rows:?}"),
             Self::Irregular(p) => format!("irregular times, white {p} %"),
             Self::Process(p) => format!("process noise {p} %"),
             Self::ProcessAndWhite(p, w) => format!("process noise {p} %, white {w} %"),
@@ -65,6 +68,7 @@ impl Corruption {
             Self::Quantised(_) => "quantised",
             Self::Outliers(_) => "outliers",
             Self::Missing(_) => "missing rows",
+            Self::Rates(_) => "different rates",
             Self::Irregular(_) => "irregular times",
             Self::Process(_) | Self::ProcessAndWhite(..) => "process noise",
         }
@@ -112,6 +116,14 @@ impl Corruption {
                     }
                 }
                 Self::Missing(_) => white(column, 0.01 * sd[i], rng),
+                Self::Rates(rows) => {
+                    white(column, 0.01 * sd[i], rng);
+                    for (row, v) in column.iter_mut().enumerate() {
+                        if row % rows[i] != i % rows[i] {
+                            *v = f64::NAN;
+                        }
+                    }
+                }
             }
         }
         if let Self::Missing(p) = self {

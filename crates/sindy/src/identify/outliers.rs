@@ -17,7 +17,7 @@ pub(super) fn set_aside(data: &Dataset) -> Result<Option<(Dataset, Vec<String>)>
         let before = values.len();
         let mut places = Vec::new();
         for (index, trajectory) in data.trajectories().iter().enumerate() {
-            let own = trajectory.sampling().get(i).filter(|s| s.slow);
+            let own = trajectory.sampling().get(i);
             for range in trajectory.ranges() {
                 let own = own.map(|s| rows(s.part(range.clone()).rows));
                 let time = pick(&trajectory.time[range.clone()], own.as_deref());

@@ -32,7 +32,12 @@ pub(super) fn of_data(
     samples: &Samples,
 ) -> Result<Vec<String>, SindyError> {
     let mut out = Vec::new();
-    if report.missing_rows + report.holes + report.short_rows > 0 {
+    if report.stretches == report.trajectories && report.missing_rows > 0 {
+        out.push(format!(
+            "{} rows with missing values at the ends of trajectories are left out",
+            report.missing_rows
+        ));
+    } else if report.missing_rows + report.holes + report.short_rows > 0 {
         out.push(format!(
             "gaps split the trajectories into {} stretches: {} rows with missing values, {} jumps of time, {} rows in \
              stretches too short to use",

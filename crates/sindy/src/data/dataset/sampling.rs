@@ -62,7 +62,12 @@ impl Sampling {
             }
             let slopes = spline_slopes(&x, &y);
             for k in 0..part.len() - 1 {
-                between(time, column, [part[k], part[k + 1]], [slopes[k], slopes[k + 1]]);
+                between(
+                    time,
+                    column,
+                    [part[k], part[k + 1]],
+                    [slopes[k], slopes[k + 1]],
+                );
             }
         }
         Ok(())
@@ -122,7 +127,9 @@ mod tests {
         let time: Vec<f64> = (0..60).map(|k| 0.1 * f64::from(k)).collect();
         let truth = |t: f64| 1.0 - t + 0.5 * t * t - 0.1 * t * t * t;
         let mut column = vec![NAN; 60];
-        (2..58).step_by(5).for_each(|row| column[row] = truth(time[row]));
+        (2..58)
+            .step_by(5)
+            .for_each(|row| column[row] = truth(time[row]));
         let sampling = Sampling::of(&column);
         assert!(sampling.slow);
         sampling.fill(&time, &mut column).unwrap();

@@ -91,7 +91,7 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
         tolerated: Vec::new(),
     };
     for i in 0..states {
-        let series: Vec<Series<'_>> = stretches.iter().map(|s| Series::of(s, i)).collect();
+        let series: Vec<Series<'_>> = stretches.iter().map(|s| Series::measured(s, i)).collect();
         let all = || series.iter().flat_map(|s| s.values.iter());
         let n = all().count() as f64;
         let mean = all().sum::<f64>() / n;

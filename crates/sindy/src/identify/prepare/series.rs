@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::data::dataset::sampling::pick;
+use crate::data::dataset::sampling::{pick, rows};
 use crate::data::dataset::{Dataset, Stretch};
 use crate::data::grid::uniform_period;
 use crate::derivative::savgol::Smoothed;
@@ -21,6 +21,15 @@ pub(super) struct Series<'a> {
 impl<'a> Series<'a> {
     pub(super) fn of(stretch: &Stretch<'a>, state: usize) -> Self {
         let own = stretch.own_rows(state);
+        Self {
+            time: pick(stretch.time, own.as_deref()),
+            values: pick(stretch.columns[state], own.as_deref()),
+        }
+    }
+
+    /// The measured values alone.
+    pub(super) fn measured(stretch: &Stretch<'a>, state: usize) -> Self {
+        let own = stretch.seen.get(state).map(|s| rows(s.rows));
         Self {
             time: pick(stretch.time, own.as_deref()),
             values: pick(stretch.columns[state], own.as_deref()),
@@ -131,7 +140,9 @@ mod tests {
 
     #[test]
     fn analytic_a_cubic_at_some_rows_is_the_same_on_all() {
-        let time: Vec<f64> = (0..30).map(|k| 0.1 * f64::from(k) + 0.02 * f64::from(k % 3)).collect();
+        let time: Vec<f64> = (0..30)
+            .map(|k| 0.1 * f64::from(k) + 0.02 * f64::from(k % 3))
+            .collect();
         let value = |t: f64| 2.0 - t + t * t - 0.3 * t * t * t;
         let slope = |t: f64| -1.0 + 2.0 * t - 0.9 * t * t;
         let own: Vec<usize> = (1..30).step_by(4).collect();
@@ -144,7 +155,10 @@ mod tests {
         for row in 1..=own[own.len() - 1] {
             // A cubic is its own Hermite interpolation, to rounding.
             assert!((all.value[row] - value(time[row])).abs() < 1e-12, "{row}");
-            assert!((all.derivative[row] - slope(time[row])).abs() < 1e-12, "{row}");
+            assert!(
+                (all.derivative[row] - slope(time[row])).abs() < 1e-12,
+                "{row}"
+            );
         }
         let before = value(time[1]) + slope(time[1]) * (time[0] - time[1]);
         assert_eq!((all.value[0], all.derivative[0]), (before, slope(time[1])));

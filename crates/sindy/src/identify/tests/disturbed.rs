@@ -10,7 +10,7 @@ use crate::{Dataset, Library};
 
 /// Rows of a Van der Pol oscillator, dx = y dt + 0.02 dw, dy = (y - x - x² y) dt + 0.05 dw, with noise of a deviation on both; by
 /// Euler and Maruyama in twentieths of a row.
-fn van_der_pol(noise: f64, seed: u64) -> Dataset {
+pub(super) fn van_der_pol(noise: f64, seed: u64) -> Dataset {
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let mut data = Dataset::new(&["x", "y"], &[]).unwrap();
@@ -33,7 +33,7 @@ fn van_der_pol(noise: f64, seed: u64) -> Dataset {
     data
 }
 
-fn fit(data: &Dataset, without: &[&str], settings: Settings) -> Identification {
+pub(super) fn fit(data: &Dataset, without: &[&str], settings: Settings) -> Identification {
     let library = Library::polynomial(&["x", "y"], 3).unwrap();
     let lacking: Vec<usize> = (0..library.len())
         .filter(|&j| without.contains(&library.names()[j].as_str()))
@@ -46,14 +46,14 @@ fn fit(data: &Dataset, without: &[&str], settings: Settings) -> Identification {
         .unwrap()
 }
 
-fn by(noise: NoiseSource) -> Settings {
+pub(super) fn by(noise: NoiseSource) -> Settings {
     Settings {
         noise,
         ..Settings::default()
     }
 }
 
-fn terms(found: &Identification) -> Vec<Vec<String>> {
+pub(super) fn terms(found: &Identification) -> Vec<Vec<String>> {
     let names = |e: &Vec<crate::model::Term>| e.iter().map(|t| t.expression.to_string()).collect();
     found.model.equations().iter().map(names).collect()
 }

@@ -10,7 +10,7 @@ use crate::problems::{self, Problem};
 use crate::{Dataset, Library};
 
 /// The rows with noise `e[k] = of e[k-1] + ...` of `percent` of each state's standard deviation.
-fn coloured(problem: &Problem, of: f64, percent: f64, seed: u64) -> Dataset {
+pub(super) fn coloured(problem: &Problem, of: f64, percent: f64, seed: u64) -> Dataset {
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut data = Dataset::new(&problem.states, &problem.inputs).unwrap();
     for mut record in problem.clean().unwrap() {
@@ -31,7 +31,7 @@ fn coloured(problem: &Problem, of: f64, percent: f64, seed: u64) -> Dataset {
     data
 }
 
-fn doubted(found: &Identification) -> bool {
+pub(super) fn doubted(found: &Identification) -> bool {
     let says = |w: &String| w.contains("not in the library");
     found.warnings.iter().any(says)
 }

@@ -209,7 +209,9 @@ impl State<'_> {
         let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
         let starts = (last.arcs * self.system.n) as f64 * (values as f64).ln();
         let noise = self.sigma.iter().zip(&last.samples);
-        let noise: f64 = noise.map(|(s, samples)| *samples as f64 * 2.0 * s.ln()).sum();
+        let noise: f64 = noise
+            .map(|(s, samples)| *samples as f64 * 2.0 * s.ln())
+            .sum();
         let chosen = &last.chosen;
         OutputErrorFit {
             coefficients: self.xi.iter().copied().collect(),
