@@ -20,7 +20,10 @@ import pytest
 
 TESTS = Path(os.environ["PYSINDY_SDIST"])
 # Where the layer keeps what PySINDy keeps in these modules.
-MODULES = {"pysindy._core": "sindy.pysindy._core"} | {
+MODULES = {
+    "pysindy._core": "sindy.pysindy._core",
+    "pysindy.optimizers.trapping_sr3": "sindy.pysindy.optimizers._trapping",
+} | {
     f"pysindy{name}": f"sindy.pysindy{name}" for name in ("", ".differentiation", ".feature_library", ".optimizers", ".utils")
 }
 running = False
