@@ -99,7 +99,7 @@ class StableLinearSR3(ConstrainedSR3):
         rows = np.concatenate([rows, np.diag(pull * units)])
         lam = np.broadcast_to(np.asarray(self.reg_weight_lam, dtype=np.float64), shape)
         penalty = get_regularization(self.regularizer)
-        linear, stable, change = self.coef_, self.coef_, np.inf
+        linear, stable, change = self.coef_, self._moved(self.coef_), np.inf
         self.objective_history: list[float] = []
         eigenvalues, coefficients = [], []
         for k in range(self.max_iter):

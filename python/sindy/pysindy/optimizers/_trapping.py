@@ -189,10 +189,16 @@ class TrappingSR3(ConstrainedSR3):
                 out[range(targets), j, k, range(targets), place] = 0.5
         return out
 
-    def _set_operators(self, targets: int) -> None:
+    def _set_operators(self, targets: int, terms: int) -> None:
         """What makes matrices of coefficients; those without a public name are of normalised columns, in units of √P x."""
         library = PolynomialLibrary(2, include_bias=self._include_bias, interaction_only=self._interaction_only)
         polyterms = list(enumerate(library.fit(np.zeros((1, targets))).powers_))
+        if len(polyterms) != terms:
+            wanted = f"PolynomialLibrary(2, include_bias={self._include_bias}, interaction_only={self._interaction_only})"
+            raise ValueError(
+                f"x_: expected the {len(polyterms)} terms of {wanted} for {targets} states, found {terms}; "
+                "_include_bias and _interaction_only have to be those of the library"
+            )
         self.PC_ = np.zeros((targets, targets, len(polyterms)))
         self.PC_[range(targets), range(targets), 0] = float(self._include_bias)
         self.PL_, self.PL_unsym_ = self._build_PL(polyterms)
@@ -276,6 +282,7 @@ class TrappingSR3(ConstrainedSR3):
         self.objective_history: list[float] = []
         self.history_ = []
         converged = self.max_iter > 0 and self._iterate(x, y)
+        self.coef_full_ = self.coef_
         said = ""
         if self.history_:
             growth = self._growth(self.m_history_[-1])
@@ -295,13 +302,7 @@ class TrappingSR3(ConstrainedSR3):
     def _iterate(self, x: Array, y: Array) -> bool:
         """Finds w, m and A by turns; whether they converged."""
         targets, terms = y.shape[1], x.shape[1]
-        self._set_operators(targets)
-        if self.PQ_.shape[-1] != terms:
-            wanted = f"PolynomialLibrary(2, include_bias={self._include_bias}, interaction_only={self._interaction_only})"
-            raise ValueError(
-                f"x_: expected the {self.PQ_.shape[-1]} terms of {wanted} for {targets} states, found {terms}; "
-                "_include_bias and _interaction_only have to be those of the library"
-            )
+        self._set_operators(targets, terms)
         self._local = self._local_rows()
         eta, step, share = self._steps()
         find = self._regression(x, y)
@@ -322,7 +323,7 @@ class TrappingSR3(ConstrainedSR3):
             self.m_history_.append(moved)
             self.A_history_.append(proxy)
             self.PW_history_.append(matrix)
-            self.PWeigs_history_.append(np.linalg.eigvalsh(matrix))
+            self.PWeigs_history_.append(np.asarray(np.linalg.eigvalsh(matrix), dtype=np.float64))
             self.objective_history.append(self._objective(x, y, found.T, proxy, matrix, k))
             if np.abs(moved - center).sum() < self.tol_m and np.linalg.norm(found - before) < self.tol:
                 return True
