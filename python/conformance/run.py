@@ -21,7 +21,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 EXPECTED = HERE / "expected.toml"
-# Tests of whole files for kinds that are not there (trapping, deeptime, notebooks) and of a class of arrays that is
+# Tests of whole files for kinds that are not there (deeptime, notebooks) and of a class of arrays that is
 # PySINDy's own (axes) are not run; neither are those of right-hand sides (odes), which are the tests' own data.
 FILES = [
     "test_pysindy.py",
@@ -29,6 +29,7 @@ FILES = [
     "test_feature_library.py",
     "test_differentiation.py",
     "test_optimizers/test_optimizers.py",
+    "test_optimizers/test_trapping.py",
     "utils/test_utils.py",
 ]
 HEAD = """\

@@ -16,11 +16,15 @@ import types
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 TESTS = Path(os.environ["PYSINDY_SDIST"])
 # Where the layer keeps what PySINDy keeps in these modules.
-MODULES = {"pysindy._core": "sindy.pysindy._core"} | {
+MODULES = {
+    "pysindy._core": "sindy.pysindy._core",
+    "pysindy.optimizers.trapping_sr3": "sindy.pysindy.optimizers._trapping",
+} | {
     f"pysindy{name}": f"sindy.pysindy{name}" for name in ("", ".differentiation", ".feature_library", ".optimizers", ".utils")
 }
 running = False
@@ -113,6 +117,9 @@ def _absent_in(value: Any) -> str | None:
 def pytest_runtest_setup(item: Any) -> None:
     global running
     running = True
+    # Some tests compare random numbers at the limit of rounding: test_trapping.py fails for up to a tenth of the seeds, with
+    # PySINDy as well. PySINDy's own seed, before every test, gives the same outcomes whichever tests ran before.
+    np.random.seed(100)
     name = _absent_in(list(item.callspec.params.values())) if hasattr(item, "callspec") else None
     if name:
         outcomes[item.nodeid] = f"absent: {name}"

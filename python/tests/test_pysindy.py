@@ -31,6 +31,11 @@ def spiral() -> tuple[Array, Array]:
     return t, np.column_stack([np.exp(-t) * np.cos(3 * t), np.exp(-t) * np.sin(3 * t)])
 
 
+def slopes_of_lorenz(x: Array) -> Array:
+    return np.column_stack([10 * (x[:, 1] - x[:, 0]), 28 * x[:, 0] - x[:, 1] - x[:, 0] * x[:, 2],
+                            x[:, 0] * x[:, 1] - 8 / 3 * x[:, 2]])  # fmt: skip
+
+
 # PySINDy 2.1.0 (SciPy 1.17, scikit-learn 1.9): `optimizer.fit(*rows()).coef_`, printed with 8 digits.
 COEFFICIENTS = [
     (ps.STLSQ(threshold=0.4), [[0, 1.50217964, -2.00173581, 0], [0.70869872, 0, 0, 0]]),
@@ -110,9 +115,7 @@ def test_xval_pysindy_names_and_discrete(capsys: pytest.CaptureFixture[str]) -> 
 )
 def test_analytic_optimizers_find_lorenz(optimizer: ps.BaseOptimizer) -> None:
     _, x = lorenz()
-    slopes = np.column_stack([10 * (x[:, 1] - x[:, 0]), 28 * x[:, 0] - x[:, 1] - x[:, 0] * x[:, 2],
-                              x[:, 0] * x[:, 1] - 8 / 3 * x[:, 2]])  # fmt: skip
-    model = ps.SINDy(clone(optimizer)).fit(x, 0.002, x_dot=slopes)
+    model = ps.SINDy(clone(optimizer)).fit(x, 0.002, x_dot=slopes_of_lorenz(x))
     expected = np.zeros((3, 10))
     expected[0, 1:3] = -10, 10
     expected[1, [1, 2, 6]] = 28, -1, -1
@@ -182,8 +185,132 @@ def test_analytic_simulations_with_inputs() -> None:
 
 
 def test_regress_what_is_not_there_is_refused() -> None:
-    assert not hasattr(ps, "TrappingSR3")
+    assert not hasattr(ps, "SBR")
     with pytest.raises(ImportError):
         from sindy.pysindy import ParameterizedLibrary  # type: ignore[attr-defined]  # noqa: F401
     with pytest.raises(ValueError, match="inequality_constraints"):
         ps.ConstrainedSR3(inequality_constraints=True, regularizer="l1")
+
+
+def quadratic_model(coefficients: Array) -> tuple[Array, Array]:
+    """L and Q of ``x' = L x + Q(x, x)``, from coefficients of x, y, z, x², xy, xz, y², yz, z²."""
+    pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
+    quadratic = np.zeros((3, 3, 3))
+    for (j, k), column in zip(pairs, coefficients[:, 3:].T):
+        quadratic[:, j, k] += column / 2
+        quadratic[:, k, j] += column / 2
+    return coefficients[:, :3], quadratic
+
+
+@pytest.mark.parametrize("penalty, normalize", [(0.0, False), (0.1, False), (0.1, True)])
+def test_analytic_trapping_keeps_the_energy_and_traps(penalty: float, normalize: bool) -> None:
+    _, x = lorenz()
+    x = x[::10]
+    noise = np.random.default_rng(2).normal(size=x.shape)
+    terms = ps.PolynomialLibrary(2, include_bias=False).fit_transform(x)
+    optimizer = ps.TrappingSR3(
+        _n_tgts=3, eta=1e3, alpha_m=800.0, gamma=-0.5, max_iter=300, reg_weight_lam=penalty, normalize_columns=normalize
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # the noise leaves w moving in its last digits
+        optimizer = clone(optimizer).fit(terms, slopes_of_lorenz(x) + noise)
+    linear, quadratic = quadratic_model(optimizer.coef_)
+    np.testing.assert_allclose(linear, [[-10, 10, 0], [28, -1, 0], [0, 0, -8 / 3]], atol=0.2)
+    # x·Q(x, x) = 0 for all x, which plain least squares of the same rows do not keep.
+    points = np.random.default_rng(3).normal(size=(50, 3))
+    growth = [np.einsum("ni,ijk,nj,nk->n", points, q, points, points) for q in
+              (quadratic, quadratic_model(np.linalg.lstsq(terms, slopes_of_lorenz(x) + noise, rcond=None)[0].T)[1])]  # fmt: skip
+    assert np.abs(growth[0]).max() < 1e-7
+    assert np.abs(growth[1]).max() > 1e-3
+    # The energy of x - m falls at large x by the quadratic form of A_S: the Jacobian at m, made symmetric.
+    m = optimizer.m_history_[-1]
+    jacobian = linear + 2 * np.einsum("ijk,k->ij", quadratic, m)
+    assert np.linalg.eigvalsh((jacobian + jacobian.T) / 2)[-1] < -0.1
+    start = linear + 2 * np.einsum("ijk,k->ij", quadratic, optimizer.m_history_[0])
+    assert np.linalg.eigvalsh((start + start.T) / 2)[-1] > 1.0
+    # The balance itself: far out, the energy falls in every direction.
+    far = m + 1e4 * points / np.linalg.norm(points, axis=1)[:, None]
+    velocity = far @ linear.T + np.einsum("ijk,nj,nk->ni", quadratic, far, far)
+    assert np.all(np.sum((far - m) * velocity, axis=1) < 0)
+
+
+def test_analytic_trapping_in_another_energy() -> None:
+    # Lorenz with y in other units keeps x² + (s y)² + z², and A_S is that of the units in which it keeps the plain sum.
+    _, x = lorenz()
+    x, scale = x[::10], np.array([1.0, 4.0, 1.0])
+    library = ps.PolynomialLibrary(2, include_bias=False)
+    # η is large, so that A_S is that of the data: its pull would act in other units of y.
+    settings: dict[str, float] = {"eta": 1e9, "gamma": -0.5, "max_iter": 2, "reg_weight_lam": 0.0}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        start = np.array([0.5, -1.0, 30.0])
+        plain = ps.TrappingSR3(m0=start, **settings).fit(library.fit_transform(x), slopes_of_lorenz(x))
+        changed = ps.TrappingSR3(m0=start / scale, mod_matrix=np.diag(scale**2), **settings)
+        changed.fit(library.fit_transform(x / scale), slopes_of_lorenz(x) / scale)
+    np.testing.assert_allclose(changed.PW_history_[0], plain.PW_history_[0], atol=1e-6)
+
+
+def test_xval_pysindy_trapping() -> None:
+    # PySINDy 2.1.0: A_S's eigenvalues and m in the last of 50 iterations from its own start, printed with 8 digits.
+    _, x = lorenz()
+    x = x[::10]
+    terms = ps.PolynomialLibrary(2, include_bias=False).fit_transform(x)
+    optimizer = ps.TrappingSR3(_n_tgts=3, eta=1e3, alpha_m=100.0, gamma=-1, max_iter=50, reg_weight_lam=0.0)
+    with pytest.warns(ConvergenceWarning, match="the largest eigenvalue of A_S"):
+        optimizer.fit(terms, slopes_of_lorenz(x))
+    np.testing.assert_allclose(optimizer.m_history_[-1], [-1.16595697, -0.37159288, 12.8412841], atol=1e-6)
+    np.testing.assert_allclose(optimizer.PWeigs_history_[-1], [-18.95958855, -2.66632956, 7.95925025], atol=1e-6)
+
+
+def test_analytic_local_trapping_shrinks_the_growth_of_energy() -> None:
+    _, x = lorenz()
+    x = x[::10]
+    terms = ps.PolynomialLibrary(2, include_bias=False).fit_transform(x)
+    noisy = slopes_of_lorenz(x) + 5.0 * np.random.default_rng(4).normal(size=x.shape)
+    left = []
+    for penalty in (0.0, 0.1):
+        for beta in (None, 1e-8):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ConvergenceWarning)
+                found = ps.TrappingSR3(method="local", eta=1e3, beta=beta, max_iter=3, reg_weight_lam=penalty).fit(terms, noisy)
+            _, q = quadratic_model(found.coef_)
+            left.append(np.abs(q + q.transpose(1, 2, 0) + q.transpose(2, 0, 1)).max())
+    assert left[0] > 1e-3 and left[2] > 1e-3
+    assert max(left[1], left[3]) < 1e-4
+    with pytest.raises(ValueError, match="_include_bias"):
+        ps.TrappingSR3(_include_bias=True).fit(terms, noisy)
+
+
+@pytest.mark.parametrize("penalty", [0.0, 0.1])
+def test_analytic_stable_linear_models_are_stable(penalty: float) -> None:
+    # A slowly damped spiral with an input, in noise that makes it grow.
+    rng = np.random.default_rng(3)
+    x, y = rng.normal(size=(200, 3)), rng.normal(size=(200, 2))
+    y = x @ np.array([[0.05, 2.0, 0.5], [-2.0, 0.05, 0.0]]).T + 0.1 * y
+    plain = ps.SR3(reg_weight_lam=1e-4).fit(x, y)
+    assert np.linalg.eigvals(plain.coef_[:, :2]).real.max() > 0.02
+    for normalize in (False, True):
+        optimizer = ps.StableLinearSR3(
+            penalty, relax_coeff_nu=1e-4, gamma=-0.1, max_iter=500, normalize_columns=normalize
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", UserWarning)
+            warnings.simplefilter("ignore", ConvergenceWarning)  # at this ν the last digits take long
+            found = clone(optimizer).fit(x, y)
+        assert np.linalg.eigvals(found.coef_[:, :2]).real.max() < -0.05
+        np.testing.assert_allclose(np.linalg.eigvals(found.coef_full_[:, :2]).real, -0.1, atol=1e-9)
+        np.testing.assert_allclose(found.coef_, [[0, 2.0, 0.5], [-2.0, 0, 0]], atol=0.15)
+    # A large ν leaves w where the data have it, and a warning names it.
+    with pytest.warns(UserWarning, match="the model is not stable"):
+        ps.StableLinearSR3(penalty).fit(x, y)
+
+
+def test_xval_pysindy_stable_linear() -> None:
+    # PySINDy 2.1.0, `StableLinearSR3(relax_coeff_nu=1e-3, gamma=-0.1, max_iter=200)`, printed with 8 digits.
+    rng = np.random.default_rng(3)
+    x = rng.normal(size=(200, 2))
+    y = x @ np.array([[0.05, 2.0], [-2.0, 0.05]]).T + 0.1 * rng.normal(size=(200, 2))
+    found = ps.StableLinearSR3(relax_coeff_nu=1e-3, gamma=-0.1, max_iter=200).fit(x, y)
+    # Its solver's tolerance is 1e-5, ours 1e-8.
+    np.testing.assert_allclose(found.coef_, [[-0.06283146, 1.99279057], [-1.99823204, -0.05451431]], atol=1e-6)
+    np.testing.assert_allclose(found.coef_full_, [[-0.10415858, 1.99279057], [-1.99823204, -0.09584142]], atol=1e-6)

@@ -1,8 +1,8 @@
 """PySINDy 2.1's names and signatures over this package.
 
 ``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
-(trapping and stable models, Markov chains) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have
-to be installed; `SINDyDerivative` also wants ``derivative``, and `SINDyPI` and inequalities want ``clarabel``.
+(`SBR`, for example) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have to be installed;
+`SINDyDerivative` also wants ``derivative``, and `SINDyPI`, `TrappingSR3`, `StableLinearSR3` and inequalities want ``clarabel``.
 
 Examples
 --------
@@ -48,6 +48,8 @@ from .optimizers import (
     ConstrainedSR3,
     EnsembleOptimizer,
     SINDyPI,
+    StableLinearSR3,
+    TrappingSR3,
     WrappedOptimizer,
 )
 from .utils import AxesArray
@@ -57,5 +59,5 @@ __all__ = [
     "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
     "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PDELibrary",
     "PolynomialLibrary", "SINDyPILibrary", "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS",
-    "MIOSR", "SINDyPI", "SR3", "SSR", "STLSQ", "WeakPDELibrary", "WrappedOptimizer",
+    "MIOSR", "SINDyPI", "SR3", "SSR", "STLSQ", "StableLinearSR3", "TrappingSR3", "WeakPDELibrary", "WrappedOptimizer",
 ]  # fmt: skip

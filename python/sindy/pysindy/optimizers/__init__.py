@@ -5,7 +5,9 @@ from ._best import MIOSR
 from ._convex import SINDyPI
 from ._greedy import FROLS, SSR
 from ._sr3 import SR3, ConstrainedSR3
+from ._stable import StableLinearSR3
 from ._stlsq import STLSQ
+from ._trapping import TrappingSR3
 
 __all__ = [
     "BaseOptimizer",
@@ -17,5 +19,7 @@ __all__ = [
     "SR3",
     "SSR",
     "STLSQ",
+    "StableLinearSR3",
+    "TrappingSR3",
     "WrappedOptimizer",
 ]

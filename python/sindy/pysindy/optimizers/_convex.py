@@ -1,4 +1,4 @@
-"""Convex problems with inequalities or an absolute penalty, solved by Clarabel, and SINDy-PI over them."""
+"""Convex problems: least squares under equations; inequalities or an absolute penalty, solved by Clarabel; SINDy-PI over them."""
 
 from __future__ import annotations
 
@@ -22,6 +22,19 @@ def check_penalty(regularizer: str) -> None:
         raise ValueError(f"regularizer: expected a convex one of {', '.join(_PENALTIES)}; found {regularizer}")
 
 
+def independent_rows(x: Array, y: Array) -> tuple[Array, Array, Array]:
+    """Rows and right sides of ``|y - X w|²`` over all coefficients, as few as there are coefficients, and units of these.
+
+    Coefficients run over the terms of the first target first. They are ``units * v``, and the rows are those of v: columns have
+    length 1, so that the condition of the data does not depend on the terms' units.
+    """
+    lengths = np.linalg.norm(x, axis=0)
+    lengths[lengths == 0.0] = 1.0
+    orthogonal, upper = np.linalg.qr(x / lengths)
+    targets = y.shape[1]
+    return np.kron(np.eye(targets), upper), (orthogonal.T @ y).T.ravel(), np.tile(1.0 / lengths, targets)
+
+
 def minimise(
     x: Array,
     y: Array,
@@ -40,8 +53,41 @@ def minimise(
     regularizer : {"l1", "l2", "weighted_l1", "weighted_l2"}
     weight : float or array of shape (n_targets, n_terms)
         λ.
+    below, equal, tol, verbose
+        As for `minimise_rows`.
+    """
+    shape = (y.shape[1], x.shape[1])
+    rows, right, units = independent_rows(x, y)
+    lam = np.broadcast_to(np.asarray(weight, dtype=np.float64), shape).ravel()
+    found = minimise_rows(rows, right, units, regularizer, lam, below, equal, tol, verbose)
+    return np.zeros(shape) if found is None else found.reshape(shape)
+
+
+def minimise_rows(
+    rows: Array,
+    right: Array,
+    units: Array,
+    regularizer: str,
+    lam: Array,
+    below: Constraints = None,
+    equal: Constraints = None,
+    tol: float = 1e-8,
+    verbose: bool = False,
+) -> Array | None:
+    """Coefficients ``w = units * v`` that minimise ``|right - rows v|² + Σ λ |w|`` or ``… + Σ λ w²``.
+
+    None, with a warning, where the solver finds none.
+
+    Parameters
+    ----------
+    rows, right : array of shape (n_rows, n_coefficients), and (n_rows,)
+    units : array of shape (n_coefficients,)
+        Of `independent_rows`.
+    regularizer : {"l1", "l2", "weighted_l1", "weighted_l2"}
+    lam : array of shape (n_coefficients,)
+        λ.
     below, equal : pair of arrays, optional
-        A and b of ``A w ≤ b``, C and d of ``C w = d``. Columns run over the terms of the first target first.
+        A and b of ``A w ≤ b``, C and d of ``C w = d``.
     tol : float
         Tolerance of the solver, at most 1e-8.
     verbose : bool
@@ -50,32 +96,26 @@ def minimise(
     try:
         import clarabel
     except ImportError as error:
-        raise ImportError("inequalities and SINDyPI need the package clarabel: pip install clarabel") from error
-    terms, targets = x.shape[1], y.shape[1]
-    count = terms * targets
-    # The solver's coefficients are those of columns of length 1. Their errors are variables of their own, so that the condition
-    # of the data is not squared.
-    lengths = np.linalg.norm(x, axis=0)
-    lengths[lengths == 0.0] = 1.0
-    scale = np.tile(1.0 / lengths, targets)
-    orthogonal, upper = np.linalg.qr(x / lengths)
-    right = (orthogonal.T @ y).T.ravel()
-    lam = np.broadcast_to(np.asarray(weight, dtype=np.float64), (targets, terms)).ravel()
+        raise ImportError(
+            "inequalities, SINDyPI, TrappingSR3 and StableLinearSR3 need the package clarabel: pip install clarabel"
+        ) from error
+    count = rows.shape[1]
     absolute = regularizer.lower().endswith("l1")
-    square = np.zeros(count) if absolute else 2.0 * lam * scale**2
+    square = np.zeros(count) if absolute else 2.0 * lam * units**2
     bound = count if absolute else 0  # for each coefficient a variable that its absolute value does not exceed
 
-    def rows(matrix: Any) -> Any:
+    def wide(matrix: Any) -> Any:
         """Rows over the coefficients alone."""
         return sparse.hstack([sparse.csc_matrix(matrix), sparse.csc_matrix((matrix.shape[0], len(right) + bound))])
 
+    # The errors are variables of their own, so that the condition of the data is not squared.
     errors = sparse.hstack(
-        [sparse.kron(sparse.eye(targets), upper), -sparse.eye(len(right)), sparse.csc_matrix((len(right), bound))]
+        [sparse.csc_matrix(rows), -sparse.eye(len(right)), sparse.csc_matrix((len(right), bound))]
     )
     left, limits = [errors], [right]
     for pair in (equal, below):
         if pair is not None:
-            left.append(rows(np.atleast_2d(pair[0]) * scale))
+            left.append(wide(np.atleast_2d(pair[0]) * units))
             limits.append(np.atleast_1d(pair[1]))
     equations = len(right) + (0 if equal is None else len(limits[1]))
     if absolute:
@@ -90,18 +130,52 @@ def minimise(
     settings.verbose = verbose
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = min(tol, 1e-8)
     quadratic = np.concatenate([square, np.full(len(right), 2.0), np.zeros(bound)])
-    linear = np.concatenate([np.zeros(count + len(right)), lam * scale if absolute else []])
+    linear = np.concatenate([np.zeros(count + len(right)), lam * units if absolute else []])
     # Tolerances are those of an objective whose penalty has weights of about 1.
-    unit_of_objective = float(np.max(lam * scale, initial=0.0)) or 1.0
+    unit_of_objective = float(np.max(lam * units, initial=0.0)) or 1.0
     solver = clarabel.DefaultSolver(
         sparse.diags(quadratic / unit_of_objective).tocsc(), linear / unit_of_objective, sparse.vstack(left).tocsc(), every,
         cones, settings,
     )  # fmt: skip
     solution = solver.solve()
     if str(solution.status) not in ("Solved", "AlmostSolved"):
-        warnings.warn(f"no coefficients found, all are set to 0: the solver reports {solution.status}", ConvergenceWarning)
-        return np.zeros((targets, terms))
-    return np.asarray(np.asarray(solution.x[:count]) * scale, dtype=np.float64).reshape(targets, terms)
+        warnings.warn(f"no coefficients found: the solver reports {solution.status}", ConvergenceWarning)
+        return None
+    return np.asarray(np.asarray(solution.x[:count]) * units, dtype=np.float64)
+
+
+class EquationLeastSquares:
+    """``|right - rows v|²`` at its least among the v that keep equations, over and over with other rows added.
+
+    Parameters
+    ----------
+    rows, right : array of shape (n_rows, n_coefficients), and (n_rows,)
+    equal : pair of arrays, optional
+        C and d of ``C v = d``.
+    """
+
+    def __init__(self, rows: Array, right: Array, equal: Constraints = None) -> None:
+        count = rows.shape[1]
+        self._start, self._free = np.zeros(count), np.eye(count)
+        self.consistent = True
+        if equal is not None and len(equal[0]):
+            left, values, across = np.linalg.svd(equal[0])
+            rank = int(np.sum(values > 1e-12 * values[0]))
+            self._start = across[:rank].T @ ((left[:, :rank].T @ equal[1]) / values[:rank])
+            self._free = across[rank:].T
+            gap = float(np.max(np.abs(equal[0] @ self._start - equal[1])))
+            self.consistent = gap <= 1e-9 * max(1.0, float(np.max(np.abs(equal[1]))))
+        orthogonal, self._upper = np.linalg.qr(rows @ self._free)
+        self._right = orthogonal.T @ (right - rows @ self._start)
+
+    def solve(self, rows: Array, right: Array) -> Array | None:
+        """v with more rows; the shortest step where it is not unique, and none where the equations contradict each other."""
+        if not self.consistent:
+            warnings.warn("no coefficients found: the constraints contradict each other", ConvergenceWarning)
+            return None
+        matrix = np.concatenate([self._upper, rows @ self._free])
+        step = np.linalg.lstsq(matrix, np.concatenate([self._right, right - rows @ self._start]), rcond=None)[0]
+        return np.asarray(self._start + self._free @ step, dtype=np.float64)
 
 
 class SINDyPI(BaseOptimizer):

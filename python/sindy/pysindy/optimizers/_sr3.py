@@ -12,7 +12,7 @@ from sklearn.exceptions import ConvergenceWarning
 from ..._data import Array
 from ..utils import capped_simplex_projection, get_prox, get_regularization, reorder_constraints
 from ._base import BaseOptimizer
-from ._convex import check_penalty, minimise
+from ._convex import Constraints, check_penalty, minimise
 
 Self = TypeVar("Self", bound="SR3")
 _PENALTIES = ("l0", "l1", "l2", "weighted_l0", "weighted_l1", "weighted_l2")
@@ -212,8 +212,8 @@ class ConstrainedSR3(SR3):
         given = self.constraint_lhs is not None
         if given != (self.constraint_rhs is not None):
             raise ValueError("constraint_lhs, constraint_rhs: expected both or neither, found one")
-        if given and self.constraint_order not in ("target", "feature"):
-            raise ValueError(f"constraint_order: expected target or feature, found {self.constraint_order}")
+        if given and self._order not in ("target", "feature"):
+            raise ValueError(f"constraint_order: expected target or feature, found {self._order}")
         if given and self.unbias:
             raise ValueError("unbias: expected False with constraints, which it does not keep; found True")
         if self.inequality_constraints:
@@ -225,27 +225,40 @@ class ConstrainedSR3(SR3):
             if self.equality_constraints and self.constraint_separation_index is None:
                 raise ValueError("constraint_separation_index: expected the number of inequalities, found None")
 
+    @property
+    def _order(self) -> Any:
+        """The order of the constraints' columns."""
+        return self.constraint_order
+
     def _left(self, terms: int, targets: int, order: str) -> Array:
         """The constraints' rows, in an order of columns, for the coefficients of normalised columns."""
         left = np.atleast_2d(np.asarray(self.constraint_lhs, dtype=np.float64))
         if left.shape[1] != terms * targets:
             raise ValueError(f"constraint_lhs: expected {terms * targets} columns, found {left.shape[1]}")
-        if self.constraint_order != order:
+        if self._order != order:
             left = reorder_constraints(left, terms, order)
         lengths = np.repeat(self._lengths, targets) if order == "feature" else np.tile(self._lengths, targets)
         return np.asarray(left / lengths)
+
+    def _sides(self, terms: int, targets: int) -> tuple[Constraints, Constraints]:
+        """Inequalities and equations for the coefficients of normalised columns, over the terms of the first target first."""
+        if self.constraint_lhs is None:
+            return None, None
+        left = self._left(terms, targets, "target")
+        right = np.asarray(self.constraint_rhs, dtype=np.float64).reshape(-1)
+        if not self.inequality_constraints:
+            return None, (left, right)
+        below = self.constraint_separation_index if self.equality_constraints else len(left)
+        return (left[:below], right[:below]), (left[below:], right[below:])
 
     def _reduce(self, x: Array, y: Array) -> None:
         if not self.inequality_constraints:
             super()._reduce(x, y)
             return
-        left = self._left(x.shape[1], y.shape[1], "target")
-        right = np.asarray(self.constraint_rhs, dtype=np.float64).reshape(-1)
-        below = self.constraint_separation_index if self.equality_constraints else len(left)
+        below, equal = self._sides(x.shape[1], y.shape[1])
         self.coef_ = self.coef_full_ = minimise(
-            x, y, self.regularizer, self.reg_weight_lam, (left[:below], right[:below]), (left[below:], right[below:]),
-            self.tol, self.verbose_cvxpy,
-        )  # fmt: skip
+            x, y, self.regularizer, self.reg_weight_lam, below, equal, self.tol, self.verbose_cvxpy
+        )
         self.history_.append(self.coef_)
 
     def _relaxed(self, gram: Array, right: Array) -> Array:
