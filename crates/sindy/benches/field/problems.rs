@@ -105,7 +105,7 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     of(BRUSSELATOR, Rates(&[3, 2])),
     of(PENDULUM, Rates(&[1, 10])),
     of(LOTKA_VOLTERRA, Rates(&[2, 2])),
-    of(SIR, Rates(&[4, 1, 2])),
+    of(SIR, Rates(&[4, 1])),
     of(FORCED_DUFFING, Rates(&[1, 8])),
     of(VAN_DER_POL, Irregular(1.0)),
     of(LOTKA_VOLTERRA, Irregular(1.0)),
