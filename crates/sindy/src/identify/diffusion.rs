@@ -4,9 +4,12 @@ use super::evidence::TermEvidence;
 use super::run::IdentificationRun;
 use super::{DiffusionTerm, NoiseSource, Settings};
 use crate::data::dataset::Dataset;
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use crate::library::Library;
 use crate::trajectory::output_error::{OutputErrorFit, System};
+
+/// Candidate terms of all states together, at most: the time grows with the square of their number.
+const MOST_CANDIDATES: usize = 200;
 
 /// Refuses settings that do not go together with a diffusion.
 pub(super) fn check(settings: &Settings) -> Result<(), SindyError> {
@@ -36,7 +39,15 @@ pub(super) fn library(settings: &Settings, data: &Dataset) -> Result<Option<Libr
     if settings.diffusion.is_empty() {
         return Ok(None);
     }
-    Library::specifications(&settings.diffusion, &data.names()).map(Some)
+    let library = Library::specifications(&settings.diffusion, &data.names())?;
+    let candidates = data.states().len() * library.len();
+    require(
+        candidates <= MOST_CANDIDATES,
+        "diffusion",
+        format!("at most {MOST_CANDIDATES} candidate terms of all states together"),
+        candidates,
+    )?;
+    Ok(Some(library))
 }
 
 /// The system with the candidates of its diffusion.

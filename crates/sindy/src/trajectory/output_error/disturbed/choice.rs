@@ -15,10 +15,9 @@ use crate::trajectory::output_error::Settings;
 use crate::trajectory::output_error::record::Record;
 use crate::trajectory::output_error::select::Search;
 
-/// Choices of terms, at most, each with coefficients that have converged. Two are enough where the weights of the first do not
-/// mislead; more were not needed in any test.
+/// Choices of terms, at most, each with coefficients that have converged. The last that is best by its likelihood is taken.
 const CHOICES: usize = 6;
-/// Steps of the coefficients of one choice, at most. Fisher's scoring from a constant takes four to eight.
+/// Steps of the coefficients of one choice, at most: the next choice goes on where they end.
 const STEPS: usize = 25;
 /// Change of a coefficient, in standard errors, below which they have converged: as [`super::DONE`].
 const DONE: f64 = 0.01;
@@ -27,8 +26,10 @@ const DONE: f64 = 0.01;
 const SAME: f64 = 0.1;
 /// Halvings of a step, at most.
 const HALVINGS: usize = 8;
-/// Terms of one state, at most. Of 16 terms this makes 15 000 subsets.
+/// Terms of one state, at most. Of 20 candidates this makes 60 000 subsets; of more, [`FEW_TERMS`] of 32 make 41 000.
 const MOST_TERMS: usize = 6;
+const FEW_TERMS: usize = 4;
+const MANY: usize = 20;
 /// A term of whose column others leave less than this share depends on them: half of the digits are left.
 const DEPENDENT: f64 = 1e-8;
 
@@ -200,8 +201,13 @@ impl Estimate<'_> {
         let members: Vec<usize> = (first..first + self.candidates.offered).collect();
         let (gram, free, _) = search.beside(&members, 0);
         let mut subsets = Vec::new();
+        let most = if free.len() > MANY {
+            FEW_TERMS
+        } else {
+            MOST_TERMS
+        };
         let root = swept(&gram);
-        grow(&root, 0, &mut Vec::new(), penalty, &mut subsets);
+        grow(&root, (0, most), &mut Vec::new(), penalty, &mut subsets);
         subsets.sort_by(|a, b| a.0.total_cmp(&b.0));
         subsets.into_iter().find_map(|(_, subset)| {
             let support: Vec<usize> = subset.iter().map(|&k| free[k]).collect();
@@ -273,11 +279,11 @@ fn swept(gram: &Gram) -> DMatrix<f64> {
     })
 }
 
-/// All subsets that add terms from `next` on to `held`, with what they leave and their penalties. `t` is what `held` leaves of all
-/// products.
+/// All subsets of at most `most` terms that add some from `next` on to `held`, with what they leave and their penalties. `t` is what
+/// `held` leaves of all products.
 fn grow(
     t: &DMatrix<f64>,
-    next: usize,
+    (next, most): (usize, usize),
     held: &mut Vec<usize>,
     penalty: f64,
     out: &mut Vec<(f64, Vec<usize>)>,
@@ -286,7 +292,7 @@ fn grow(
     if !held.is_empty() {
         out.push((t[(p, p)] + penalty * held.len() as f64, held.clone()));
     }
-    if held.len() == MOST_TERMS {
+    if held.len() == most {
         return;
     }
     for j in next..p {
@@ -297,7 +303,7 @@ fn grow(
         let column = t.column(j).into_owned();
         let left = t - &column * column.transpose() / t[(j, j)];
         held.push(j);
-        grow(&left, j + 1, held, penalty, out);
+        grow(&left, (j + 1, most), held, penalty, out);
         held.pop();
     }
 }
