@@ -1,5 +1,7 @@
 //! Disturbances whose size depends on the state.
 
+#![allow(clippy::print_stderr)] // the figures that one test prints
+
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
