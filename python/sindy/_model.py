@@ -63,7 +63,8 @@ class SINDy(Estimator, Written):
         ``known`` or ``signs``.
     settings : dict, optional
         Further settings of the automatic call: those of ``sindy settings``, section ``identify``, such as ``{"noise": "both"}`` for a
-        system that is disturbed.
+        system that is disturbed, or ``{"noise": "process", "diffusion": ["poly(2)"]}`` where the variance of disturbances depends
+        on the state.
     n_jobs : int, optional
         Threads; as many as processors without a number. Results do not depend on it, to the bit.
 
@@ -76,7 +77,7 @@ class SINDy(Estimator, Written):
     feature_names_in_, input_names_ : ndarray of str
         Names of states and inputs.
     equations_ : list
-        Of the automatic call: noise, residual, disturbance of a disturbed system, confidence intervals and the front of terms against error of each state. Of
+        Of the automatic call: noise, residual, disturbance and diffusion of a disturbed system, confidence intervals and the front of terms against error of each state. Of
         a solver: its outcome.
     choice_ : SimpleNamespace
         What was chosen, and its `reason`.

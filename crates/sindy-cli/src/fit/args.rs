@@ -100,6 +100,17 @@ pub(crate) struct FitArgs {
     /// disturbances and noise are estimated with the equations.
     #[arg(long, value_name = "SOURCE", conflicts_with_all = ["stream", "discrete"])]
     pub(crate) noise: Option<Noise>,
+    /// Candidate terms for the variance of disturbances, such as `poly(2)`; repeatable, they add up [default: a constant]
+    ///
+    /// In dx = f dt + g dW the squared diffusion g^2 of each state is then found as a sparse sum of these terms, as the drift f is of
+    /// those of --library: `var(dx)/dt = 0.2 + 0.4*x^2`. Sums that are not positive on every row do not count. Disturbances of
+    /// different states are independent. With --noise process or --noise both; not with --second-order, --discrete or --stream.
+    #[arg(
+        long,
+        value_name = "TEXT",
+        conflicts_with_all = ["stream", "discrete", "second_order"]
+    )]
+    pub(crate) diffusion: Vec<String>,
     /// Find a map from each sample to the next one, instead of rates of change
     #[arg(long)]
     pub(crate) discrete: bool,
@@ -167,6 +178,7 @@ Examples:
   sindy fit swing.csv --states q --second-order --sign \"q'': q_dot < 0\"
   sindy fit swing.csv --states x,v --library 'poly(2) + sin(x)' --conserve 'v^2/2 - cos(x)'
   sindy fit gusts.csv --states x,v --noise both
+  sindy fit prices.csv --states x --noise process --diffusion 'poly(2)'
   sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'
   sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use sindy::Outcome;
 use sindy::data::dataset::DataReport;
-use sindy::identify::{Candidate, Choice, Equation, Identification};
+use sindy::identify::{Candidate, Choice, DiffusionTerm, Equation, Identification};
 use sindy::model::Term;
 
 use super::score::TestObject;
@@ -16,6 +16,9 @@ use crate::trajectories::FileReport;
 pub(super) struct FitObject {
     /// The terms of each state's equation.
     pub(super) equations: Named<Vec<TermObject>>,
+    /// The terms of each state's squared diffusion, `var(dx)/dt`, where they were found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) diffusion: Option<Named<Vec<TermObject>>>,
     pub(super) choice: Choice,
     pub(super) outcome: Outcome,
     pub(super) warnings: Vec<String>,
@@ -48,6 +51,18 @@ impl TermObject {
             std_error: term.std_error,
             inclusion: term.inclusion,
             interval,
+        }
+    }
+}
+
+impl From<&DiffusionTerm> for TermObject {
+    fn from(term: &DiffusionTerm) -> Self {
+        Self {
+            term: term.term.clone(),
+            coefficient: term.coefficient,
+            std_error: Some(term.std_error),
+            inclusion: Some(term.inclusion),
+            interval: term.interval,
         }
     }
 }
@@ -124,8 +139,12 @@ impl FitObject {
                 let term = |(k, term)| TermObject::of(term, interval(k));
                 terms.iter().enumerate().map(term).collect()
             });
+        let diffusion = |e: &Equation| e.diffusion.iter().map(TermObject::from).collect();
+        let has_diffusion = found.equations.iter().any(|e| !e.diffusion.is_empty());
+        let all = || Named::new(states, found.equations.iter().map(diffusion));
         Self {
             equations: Named::new(states, terms),
+            diffusion: has_diffusion.then(all),
             choice: found.choice.clone(),
             outcome: found.outcome,
             warnings,

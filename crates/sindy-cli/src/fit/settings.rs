@@ -47,6 +47,10 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
         .identify
         .conserve
         .extend(args.conserve.iter().cloned());
+    settings
+        .identify
+        .diffusion
+        .extend(args.diffusion.iter().cloned());
     if let Some(noise) = args.noise {
         settings.identify.noise = noise.into();
     }

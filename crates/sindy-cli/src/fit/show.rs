@@ -18,6 +18,9 @@ pub(super) fn text(model: &Model, object: &FitObject) -> String {
     let mut out = format!("{model:.5}\n");
     out.push_str(&past::words(model));
     out.push_str(&coefficients(&object.equations));
+    if let Some(all) = &object.diffusion {
+        out.push_str(&diffusion(all));
+    }
     out.push_str(&disturbances(&object.front));
     out.push_str(&front(&object.front));
     let choice = &object.choice;
@@ -113,6 +116,35 @@ fn coefficient(state: &str, term: &TermObject) -> Vec<String> {
         maybe(term.interval.map(|i| i[1])),
         term.inclusion.map_or("-".to_owned(), |p| format!("{p:.2}")),
     ]
+}
+
+/// The squared diffusion of each state, and the table of its coefficients.
+fn diffusion(all: &Named<Vec<TermObject>>) -> String {
+    let mut out = "\nvariance of disturbances in a unit of time\n".to_owned();
+    for (state, terms) in all.iter().filter(|(_, terms)| !terms.is_empty()) {
+        let _ = write!(out, "var(d{state})/dt =");
+        for (k, term) in terms.iter().enumerate() {
+            out.push_str(match (k, term.coefficient < 0.0) {
+                (0, false) => " ",
+                (0, true) => " -",
+                (_, false) => " + ",
+                (_, true) => " - ",
+            });
+            out.push_str(&significant(term.coefficient.abs(), 5));
+            match term.term.as_str() {
+                "1" => {}
+                sum if sum.contains(' ') => {
+                    let _ = write!(out, "*({sum})");
+                }
+                factor => {
+                    let _ = write!(out, "*{factor}");
+                }
+            }
+        }
+        out.push('\n');
+    }
+    out.push_str(&coefficients(all));
+    out
 }
 
 /// Sizes of disturbances and of noise, where the system is taken to be disturbed.

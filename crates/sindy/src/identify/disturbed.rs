@@ -7,7 +7,7 @@
 use super::follow::{FollowedModel, Search};
 use super::neighbours;
 use super::run::IdentificationRun;
-use super::{NoiseSource, Progress};
+use super::{NoiseSource, Progress, ratio, uneven};
 use crate::statistics::criteria::TWENTY_TO_ONE;
 use crate::trajectory::output_error::disturbed::{self, Innovations};
 use crate::trajectory::output_error::{
@@ -64,6 +64,11 @@ pub(super) struct Surprises {
     pub white: bool,
     /// The least probability that errors which do not depend on the state would be as alike among neighbours as these.
     pub alike: f64,
+    /// The state whose squared errors depend on the state most, and the least probability, for all states together, that those of
+    /// constant size would; `None` above [`LEVEL`].
+    pub uneven: Option<(usize, f64)>,
+    /// Whether terms of the diffusion were looked for.
+    pub with_diffusion: bool,
 }
 
 impl Surprises {
@@ -84,6 +89,23 @@ impl Surprises {
             ),
         };
         format!("{why}: the system is not disturbed by white noise, or is not in the library")
+    }
+
+    /// That the size of disturbances depends on the state in a way that the model does not have.
+    pub(super) fn warning_of_size(self, states: &[String]) -> Option<String> {
+        let (i, p) = self.uneven?;
+        let p = ratio(p);
+        let state = &states[i];
+        Some(match self.with_diffusion {
+            false => format!(
+                "squared prediction errors of {state} depend on the state (p = {p}): the disturbance has no constant variance. \
+                 `--noise process --diffusion 'poly(2)'` (setting `diffusion`) finds its terms"
+            ),
+            true => format!(
+                "squared prediction errors of {state} still depend on the state (p = {p}): a term is not in the library of \
+                 `--diffusion`"
+            ),
+        })
     }
 }
 
@@ -110,6 +132,8 @@ impl IdentificationRun<'_> {
         found.surprises = Some(Surprises {
             white: innovations.white,
             alike: alike(&innovations),
+            uneven: most_uneven(&innovations),
+            with_diffusion: self.diffusion.is_some(),
         });
         Some(found)
     }
@@ -149,6 +173,17 @@ impl IdentificationRun<'_> {
         model.is_ambiguous = gain > -TWENTY_TO_ONE;
         model
     }
+}
+
+/// The state whose squared innovations depend on the state most, where they do.
+fn most_uneven(innovations: &Innovations) -> Option<(usize, f64)> {
+    let p = uneven::probabilities(&innovations.points, &innovations.errors);
+    // Of several states the least is as small by chance as often.
+    let together = p.len() as f64;
+    let least = p.into_iter().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+    least
+        .map(|(i, p)| (i, together * p))
+        .filter(|(_, p)| *p <= LEVEL)
 }
 
 /// The least probability over all lengths of sums.

@@ -38,7 +38,12 @@ impl TermEvidence {
         }
     }
 
-    fn interval(self, value: f64) -> Option<[f64; 2]> {
+    /// The probability that the term is present: odds are exp(Δ/2) for twice the log-likelihood that it is worth.
+    pub(super) fn inclusion(self) -> f64 {
+        1.0 / (1.0 + (-0.5 * self.evidence).exp())
+    }
+
+    pub(super) fn interval(self, value: f64) -> Option<[f64; 2]> {
         let half = student_95(self.degrees) * self.std_error;
         half.is_finite().then_some([value - half, value + half])
     }

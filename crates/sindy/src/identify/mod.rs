@@ -42,6 +42,7 @@
 mod all_rows;
 mod conserve;
 mod contradictions;
+mod diffusion;
 mod discrete;
 mod disturbed;
 mod evidence;
@@ -67,9 +68,12 @@ mod size;
 pub mod stream;
 #[cfg(test)]
 mod tests;
+mod uneven;
 mod warnings;
 
-pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress, ratio};
+pub use result::{
+    Candidate, Choice, DiffusionTerm, Equation, FrontPoint, Identification, Progress, ratio,
+};
 pub use second_order::{velocity, with_velocities};
 pub use settings::{Between, Method, NoiseSource, Score, Settings, Smoothing};
 pub use stream::{Columns, PartialSums};
@@ -244,6 +248,8 @@ impl Identify {
         let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
         let states = (data.states(), n - positions.len());
         let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?;
+        let diffusion = diffusion::library(&self.settings, data)?;
+        let free = diffusion::of(free, data, diffusion.as_ref())?;
         let (system, conserved) = conserve::of(&self.settings, data, &libraries, &stretches, free)?;
         let signs = conserved.as_ref().map_or(signs, |_| vec![Vec::new()]);
         let mut noise = prepare::noise(&stretches, n);
@@ -253,6 +259,7 @@ impl Identify {
             settings: &self.settings,
             system,
             conserved,
+            diffusion,
             libraries: libraries.into_iter().zip(known).collect(),
             signs,
             positions,

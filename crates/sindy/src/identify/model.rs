@@ -33,17 +33,11 @@ impl IdentificationRun<'_> {
             let mut terms = known.terms.clone();
             for term in library.terms() {
                 if coefficients[at] != 0.0 {
-                    let TermEvidence {
-                        std_error,
-                        evidence,
-                        ..
-                    } = all[at];
-                    // Odds are exp(Δ/2) for twice the log-likelihood that the term is worth.
-                    let inclusion = 1.0 / (1.0 + (-0.5 * evidence).exp());
+                    let worth = all[at];
                     let mut kept =
-                        Term::new(term.clone(), coefficients[at]).with_inclusion(inclusion);
-                    if std_error.is_finite() {
-                        kept = kept.with_std_error(std_error);
+                        Term::new(term.clone(), coefficients[at]).with_inclusion(worth.inclusion());
+                    if worth.std_error.is_finite() {
+                        kept = kept.with_std_error(worth.std_error);
                     }
                     terms.push(kept);
                 }
@@ -93,6 +87,7 @@ impl IdentificationRun<'_> {
         let model = self.model(&fit.coefficients, &evidence)?;
         let residual = fit.residual();
         let mut equations = Vec::new();
+        let mut diffusion = self.diffusion_terms(fit);
         let mut at = 0;
         for (i, (library, known)) in self.libraries.iter().enumerate() {
             let own = at..at + library.len();
@@ -124,6 +119,7 @@ impl IdentificationRun<'_> {
                     }
                 },
                 disturbance: fit.disturbance.as_ref().map(|d| d.process[i].sqrt()),
+                diffusion: std::mem::take(&mut diffusion[i]),
                 intervals: known.before(intervals(
                     &fit.coefficients[own.clone()],
                     &evidence[own.clone()],
@@ -151,6 +147,8 @@ impl IdentificationRun<'_> {
         self.warnings.extend(unmoved);
         let lack = self.lack_of_map(&model)?;
         self.warnings.extend(lack);
+        let without = self.no_diffusion(fit);
+        self.warnings.extend(without);
         self.warnings.extend(doubtful(&model));
         Ok(self.finish(model, equations, choice, ranked, fit.outcome))
     }
@@ -169,10 +167,11 @@ impl IdentificationRun<'_> {
         if fit.disturbance.is_some() {
             return format!(
                 "prediction error: a system that is disturbed; over {} every other term is worth less than its penalty; \
-                 started from {} ({})",
+                 started from {} ({}){}",
                 count(fit.arcs, "record"),
                 start.regression.name,
-                count(fit.iterations, "step")
+                count(fit.iterations, "step"),
+                self.reason_of_diffusion(fit)
             );
         }
         let there = match on_all_rows {
@@ -257,6 +256,7 @@ impl IdentificationRun<'_> {
                 noise: self.noise_of(i),
                 residual: None,
                 disturbance: None,
+                diffusion: Vec::new(),
                 front: front(&total, &self.signs[i], fit, self.libraries[i].0.names())?,
                 unit: match self.settings.discrete {
                     true => "root mean square error of the next sample",

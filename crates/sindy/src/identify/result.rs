@@ -100,6 +100,8 @@ pub struct Equation {
     pub residual: Option<f64>,
     /// Standard deviation by which disturbances move the state in a unit of time, where the system is taken to be disturbed.
     pub disturbance: Option<f64>,
+    /// The squared diffusion `g²` of the state, `var(dx)/dt = Σ_j c_j θ_j(x, u)`; no terms where it was not looked for.
+    pub diffusion: Vec<DiffusionTerm>,
     /// Terms against error, the other equations held; under invariants of all equations together, which share terms.
     pub front: Vec<FrontPoint>,
     /// Meaning and unit of the front's error.
@@ -107,6 +109,21 @@ pub struct Equation {
     /// For each term of the model's equation: the 95 % confidence interval of its coefficient, with Student's t where it
     /// rests on little; `None` where there is no standard error. The choice of terms is not in it.
     pub intervals: Vec<Option<[f64; 2]>>,
+}
+
+/// A term of a state's squared diffusion.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DiffusionTerm {
+    /// Its expression.
+    pub term: String,
+    /// Its coefficient.
+    pub coefficient: f64,
+    /// The coefficient's standard error.
+    pub std_error: f64,
+    /// The probability that the term is present.
+    pub inclusion: f64,
+    /// The 95 % confidence interval of the coefficient. The choice of terms is not in it.
+    pub interval: Option<[f64; 2]>,
 }
 
 /// A model that was compared.

@@ -36,6 +36,8 @@ pub(super) struct IdentificationRun<'a> {
     pub signs: Vec<Vec<Sign>>,
     /// What is looked for under invariants: the candidates of `system` are its fields then.
     pub conserved: Option<Conserved>,
+    /// Terms that the squared diffusion of each state may have; `None` where disturbances are taken to be constant.
+    pub diffusion: Option<Library>,
     /// Indices of the positions whose velocity is not measured. Their velocities are the last states.
     pub positions: Vec<usize>,
     pub system: System,

@@ -57,7 +57,7 @@ impl Screen {
         let system =
             System::with_known(run.time, measured, run.data.inputs(), &libraries, &known).ok()?;
         Some(Self {
-            system,
+            system: system.with_diffusion_of(&run.system),
             kept: (0..keep.len()).filter(|&j| keep[j]).collect(),
             all: keep.len(),
         })

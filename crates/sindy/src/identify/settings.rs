@@ -163,6 +163,10 @@ pub struct Settings {
     /// Where the noise comes from. In discrete time regressions minimise the error of the next sample, so that only the automatic choice
     /// is known there.
     pub noise: NoiseSource,
+    /// Candidate terms of the squared diffusion `g_i²` of each state in `dx_i = f_i dt + g_i dW_i`, as texts for
+    /// [`Library::specifications`](crate::Library::specifications): disturbances whose size depends on the state. Constant where
+    /// there are none. Only where `noise` is `process` or `both`, and not beside `second_order`.
+    pub diffusion: Vec<String>,
     /// Where slopes come from.
     pub smoothing: Smoothing,
     /// What regressions are compared by.
@@ -202,6 +206,7 @@ impl Default for Settings {
             second_order: Vec::new(),
             method: Method::default(),
             noise: NoiseSource::default(),
+            diffusion: Vec::new(),
             smoothing: Smoothing::default(),
             score: Score::default(),
             inputs_between: Between::default(),
@@ -276,6 +281,7 @@ impl Settings {
             format!("{:?}", self.noise).to_lowercase(),
         )?;
         super::conserve::check(self)?;
+        super::diffusion::check(self)?;
         require(self.rows >= 100, "rows", "at least 100", self.rows)?;
         self.smoothing.differentiator().map(|_| ())
     }

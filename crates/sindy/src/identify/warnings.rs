@@ -183,6 +183,8 @@ impl IdentificationRun<'_> {
         {
             out.push(surprises.warning());
         }
+        let size = followed.surprises;
+        out.extend(size.and_then(|s| s.warning_of_size(self.data.states())));
         if fit.outcome != Outcome::Converged {
             out.push(format!(
                 "the output error did not converge in {} steps",

@@ -173,6 +173,7 @@ impl IdentificationRun<'_> {
                 noise: self.noise_of(i),
                 residual: None,
                 disturbance: None,
+                diffusion: Vec::new(),
                 front: shown.into_iter().map(point).collect(),
                 unit: UNIT,
                 intervals: intervals(&coefficients[own.clone()], &evidence[own.clone()]),

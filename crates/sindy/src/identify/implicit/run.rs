@@ -74,6 +74,8 @@ impl IdentifyImplicit {
         require(settings.signs.is_empty(), "signs", expected, found)?;
         let found = settings.conserve.join(", ");
         require(settings.conserve.is_empty(), "conserve", expected, found)?;
+        let found = settings.diffusion.join(", ");
+        require(settings.diffusion.is_empty(), "diffusion", expected, found)?;
         Ok(Self { settings, ..self })
     }
 

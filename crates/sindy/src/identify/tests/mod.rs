@@ -1,4 +1,5 @@
 mod all_rows;
+mod diffusion;
 mod disturbed;
 mod known;
 mod noise;

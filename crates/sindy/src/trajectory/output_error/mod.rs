@@ -42,7 +42,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-pub use disturbed::{Disturbance, Sources};
+pub use disturbed::{Diffusion, Disturbance, Sources};
 use follow::{ArcSettings, Follow};
 pub(crate) use noise::{Trace, colour_of, independence, is_white};
 use record::Record;

@@ -306,7 +306,7 @@ impl Search {
 
     /// The search with these terms of an equation, reached by single steps from where it stands, so that no
     /// digits are lost on the way over the empty set.
-    fn at(&self, members: &[usize], support: &[usize]) -> Self {
+    pub(super) fn at(&self, members: &[usize], support: &[usize]) -> Self {
         let mut trial = self.clone();
         for &j in members {
             if support.contains(&j) && !trial.support[j] {
@@ -331,6 +331,23 @@ impl Search {
         if members.is_empty() {
             return None;
         }
+        let held = members.iter().filter(|&&j| self.support[j]).count();
+        let (gram, free, screened) = self.beside(members, values);
+        let signs: Vec<Sign> = free
+            .iter()
+            .filter_map(|&j| self.signs.get(j).copied())
+            .collect();
+        let found = BestSubset::new()
+            .max_size(held + more)
+            .node_limit(NODES)
+            .solve_signed(&gram, &signs)
+            .ok()?;
+        Some((found, free, screened))
+    }
+
+    /// Normal equations of the most promising of `members`, in columns of unit length, beside what the support holds of others; which
+    /// members these are, and whether others were left out.
+    pub(super) fn beside(&self, members: &[usize], values: usize) -> (Gram, Vec<usize>, bool) {
         let p = self.length.len();
         let mut bare = self.clone();
         let held: Vec<usize> = members
@@ -359,16 +376,7 @@ impl Search {
             rows: values,
             ..Gram::zeros(0)
         };
-        let signs: Vec<Sign> = free
-            .iter()
-            .filter_map(|&j| self.signs.get(j).copied())
-            .collect();
-        let found = BestSubset::new()
-            .max_size(held.len() + more)
-            .node_limit(NODES)
-            .solve_signed(&gram, &signs)
-            .ok()?;
-        Some((found, free, screened))
+        (gram, free, screened)
     }
 
     /// The coefficients on the support, zero elsewhere.

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 use sindy_expr::{Expr, Program, Scratch};
 
+use super::disturbed::DiffusionCandidates;
 use crate::error::{SindyError, require, same_size};
 use crate::library::{Library, compile};
 use crate::model::{Term, Time};
@@ -30,6 +31,8 @@ pub struct System {
     /// Known terms: (equation, term, coefficient); and for each distinct term those of them that it is in.
     fixed: Vec<(usize, usize, f64)>,
     known: Vec<Vec<(usize, f64)>>,
+    /// Terms that the squared diffusion of each state may have, where disturbances may depend on the state.
+    pub(super) diffusion: Option<DiffusionCandidates>,
 }
 
 /// A term of a candidate: in one equation, times a factor.
@@ -160,7 +163,29 @@ impl System {
             groups,
             fixed,
             known,
+            diffusion: None,
         })
+    }
+
+    /// The same with candidate terms for the squared diffusion of each state, over the named states and inputs.
+    ///
+    /// # Errors
+    /// A term with a name that is neither a state nor an input.
+    pub(crate) fn with_diffusion(
+        mut self,
+        columns: &[String],
+        library: &Library,
+    ) -> Result<Self, SindyError> {
+        self.diffusion = Some(DiffusionCandidates::new(columns, library)?);
+        Ok(self)
+    }
+
+    /// The same with the candidate terms of another system's diffusion.
+    pub(crate) fn with_diffusion_of(self, other: &Self) -> Self {
+        Self {
+            diffusion: other.diffusion.clone(),
+            ..self
+        }
     }
 
     /// The same with sums of its candidates as candidates: for each, the old candidates with their factors. They may have terms in

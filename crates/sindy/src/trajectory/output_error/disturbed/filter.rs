@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Disturbance;
+use super::{DiffusionCandidates, Disturbance};
 use crate::trajectory::output_error::arcs::Sums;
 use crate::trajectory::output_error::follow::{Follow, Sensitivity};
 use crate::trajectory::output_error::record::Record;
@@ -19,6 +19,8 @@ pub(super) struct Linear {
     pub to: DVector<f64>,
     pub transition: DMatrix<f64>,
     pub period: f64,
+    /// Candidate terms of the diffusion at both ends; empty where disturbances do not depend on the state.
+    pub terms: [Vec<f64>; 2],
 }
 
 /// One record as the filter has seen it.
@@ -51,8 +53,8 @@ pub(super) struct Update {
     pub innovation: DVector<f64>,
     pub log_determinant: f64,
     /// The lower triangular root of the innovations' covariance.
-    root: DMatrix<f64>,
-    gain: DMatrix<f64>,
+    pub root: DMatrix<f64>,
+    pub gain: DMatrix<f64>,
 }
 
 impl Belief {
@@ -77,12 +79,18 @@ impl Belief {
         }
     }
 
-    /// Over a step, to a mean.
+    /// Over a step, to a mean. What disturbances add along the step is summed by the trapezoidal rule: half of it is there at the
+    /// start and moves with the state, half comes at the end.
     pub(super) fn predict(&mut self, mean: DVector<f64>, step: &Linear, noise: &Disturbance) {
+        let half = 0.5 * step.period;
+        let [from, to] = &step.terms;
         self.mean = mean;
+        for i in 0..self.mean.len() {
+            self.covariance[(i, i)] += half * noise.rate(i, from);
+        }
         self.covariance = &step.transition * &self.covariance * step.transition.transpose();
-        for (i, process) in noise.process.iter().enumerate() {
-            self.covariance[(i, i)] += process * step.period;
+        for i in 0..self.mean.len() {
+            self.covariance[(i, i)] += half * noise.rate(i, to);
         }
     }
 
@@ -137,6 +145,7 @@ impl Filter<'_> {
             steps: Vec::with_capacity(rows),
         };
         let (mut work, mut step) = (system.work(self.follow.coefficients), system.blank());
+        let mut diffusion = system.diffusion.as_ref().map(DiffusionCandidates::values);
         let mut belief = Belief::first(record, self.noise);
         // Derivatives of the mean by the coefficients.
         let mut by = DMatrix::zeros(n, p);
@@ -152,7 +161,12 @@ impl Filter<'_> {
             if !finite {
                 return None;
             }
+            let mut terms = |x: &[f64], part: f64| {
+                let values = diffusion.as_mut();
+                values.map_or(Vec::new(), |v| v.at(x, &record.inputs_at(row - 1, part)))
+            };
             let linear = Linear {
+                terms: [terms(from.as_slice(), 0.0), terms(&x, 1.0)],
                 to: DVector::from_vec(x),
                 transition: along.m.columns(0, n).into_owned(),
                 period: record.time[row] - record.time[row - 1],

@@ -19,13 +19,18 @@
 //! for any gain, so that the estimate is consistent. q and r follow between the steps, by golden sections of the likelihood over rows
 //! linearised around the filter.
 //!
-//! With r = 0 rows are states, and `q` is the diffusion of a stochastic differential equation.
+//! With r = 0 rows are states, and `q` is the diffusion of a stochastic differential equation. Where it may depend on the state
+//! ([`diffusion`]), its terms are chosen as those of the drift are, but from squared innovations ([`squares`], [`choice`]).
+//! The choices of drift and diffusion take turns until neither changes.
 //!
 //! Sources: L. Ljung, "Asymptotic behavior of the extended Kalman filter as a parameter estimator for linear systems", IEEE
 //! Transactions on Automatic Control 24 (1979); N. R. Kristensen, H. Madsen, S. B. Jørgensen, "Parameter estimation in stochastic grey-box
 //! models", Automatica 40 (2004).
 
+mod choice;
+mod diffusion;
 mod filter;
+mod squares;
 #[cfg(test)]
 mod tests;
 mod variances;
@@ -41,6 +46,8 @@ use super::record::Record;
 use super::search::{DONE, SETTLED, SHORTEST, WORSE, correlation};
 use super::{OutputErrorFit, Piece, Settings, Start, Step, System};
 use crate::solve::outcome::Outcome;
+pub use diffusion::Diffusion;
+pub(crate) use diffusion::DiffusionCandidates;
 use filter::{Filter, Pass};
 
 /// Distance of two estimates of the variances that are the same ([`variances::distance`]): it changes the filter's gain by a few
@@ -50,12 +57,14 @@ const SAME_VARIANCE: f64 = 0.1;
 /// What acts on a disturbed system and its measurement, as variances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disturbance {
-    /// Of the disturbance of each state, in its unit squared per unit of time.
+    /// Of the disturbance of each state, in its unit squared per unit of time; the mean over rows where it depends on the state.
     pub process: Vec<f64>,
     /// Of the noise of each measured state, in its unit squared.
     pub measurement: Vec<f64>,
     /// What of it is estimated.
     pub sources: Sources,
+    /// How the disturbances depend on the state, where they may.
+    pub diffusion: Option<Diffusion>,
 }
 
 /// What may be estimated of it.
@@ -140,9 +149,9 @@ pub(crate) fn search(
         }
         anew = settled && !settled_noise;
         if settled && !settled_noise {
-            let next = state.estimate(&total, variances::NARROW);
-            settled_noise =
-                variances::distance(&next, &state.noise, &state.records) < SAME_VARIANCE;
+            let next = state.next_noise(&total, (settings, start));
+            settled_noise = choice::is_same(&state.noise, &next)
+                && variances::distance(&next, &state.noise, &state.records) < SAME_VARIANCE;
             state.noise = next;
             total = state.total()?;
         } else if !settled {
@@ -242,6 +251,21 @@ impl Disturbed<'_> {
         variances::estimate(&passes, &self.noise, range)
     }
 
+    /// The most likely variances from an estimate on: with the diffusion's terms where they are looked for, and constant where no sum
+    /// of them is positive.
+    fn next_noise(&self, total: &Total, by: (&Settings, &Start)) -> Disturbance {
+        let passes: Vec<_> = self.records.iter().zip(&total.passes).collect();
+        let candidates = self.system.diffusion.as_ref();
+        let depends = candidates.and_then(|all| choice::estimate(&passes, &self.noise, all, by));
+        depends.unwrap_or_else(|| {
+            let constant = Disturbance {
+                diffusion: None,
+                ..self.noise.clone()
+            };
+            variances::estimate(&passes, &constant, variances::NARROW)
+        })
+    }
+
     /// Moves coefficients by the step, halved until the innovations are not much larger; the sums there, and the share that was made.
     fn move_by(&mut self, change: &DVector<f64>, before: &Total) -> Option<(Total, f64)> {
         let xi = self.xi.clone();
@@ -264,7 +288,9 @@ impl Disturbed<'_> {
         start: &Start,
         (iterations, outcome): (usize, Outcome),
     ) -> OutputErrorFit {
-        let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
+        let diffusion = self.noise.diffusion.iter().flat_map(|d| &d.coefficients);
+        let all = self.xi.iter().chain(diffusion.flatten());
+        let terms = all.filter(|c| **c != 0.0).count() as f64;
         let mut sigma = start.sigma.clone();
         for (sigma, variance) in sigma.iter_mut().zip(&self.noise.measurement) {
             *sigma = variance.sqrt();

@@ -58,6 +58,7 @@ pub(super) fn first(
         process: start.sigma.iter().map(|s| 2.0 * s * s / period).collect(),
         measurement: measurement.take(measured).collect(),
         sources,
+        diffusion: None,
     }
 }
 
@@ -99,7 +100,7 @@ pub(super) fn estimate(
             let cost = |share: Share| {
                 let mut tried = noise.clone();
                 share.put(&mut tried, i, (period, both));
-                cost(passes, &tried)
+                cost(passes, &tried, ROWS)
             };
             if both {
                 let around = [
@@ -146,10 +147,10 @@ impl Share {
     }
 }
 
-/// Twice the negative log-likelihood of rows around the filter's linearisation; infinite where the filter fails.
-fn cost(passes: &[(&Record, &Pass)], noise: &Disturbance) -> f64 {
+/// Twice the negative log-likelihood of about `most` rows around the filter's linearisation; infinite where the filter fails.
+pub(super) fn cost(passes: &[(&Record, &Pass)], noise: &Disturbance, most: usize) -> f64 {
     let rows: usize = passes.iter().map(|(_, pass)| pass.steps.len()).sum();
-    let share = (ROWS as f64 / rows as f64).min(1.0);
+    let share = (most as f64 / rows as f64).min(1.0);
     let mut sum = 0.0;
     for (record, pass) in passes {
         let mut belief = Belief::first(record, noise);
