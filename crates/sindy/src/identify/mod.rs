@@ -64,12 +64,14 @@ mod second_order;
 mod settings;
 mod signs;
 mod size;
+mod stable;
 pub mod stream;
 #[cfg(test)]
 mod tests;
 mod warnings;
 
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress, ratio};
+pub use stable::Stability;
 pub use second_order::{velocity, with_velocities};
 pub use settings::{Between, Method, NoiseSource, Score, Settings, Smoothing};
 pub use stream::{Columns, PartialSums};
@@ -244,7 +246,11 @@ impl Identify {
         let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
         let states = (data.states(), n - positions.len());
         let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?;
-        let (system, conserved) = conserve::of(&self.settings, data, &libraries, &stretches, free)?;
+        let stable = stable::StableCandidates::of(&self.settings, states.0, &libraries, &stretches)?;
+        let (system, conserved) = match stable.as_ref().filter(|s| s.is_quadratic()) {
+            Some(stable) => conserve::of_energy(stable.energy_changes(), &libraries, free)?,
+            None => conserve::of(&self.settings, data, &libraries, &stretches, free)?,
+        };
         let signs = conserved.as_ref().map_or(signs, |_| vec![Vec::new()]);
         let mut noise = prepare::noise(&stretches, n);
         noise.of_velocities(&positions);
@@ -253,6 +259,7 @@ impl Identify {
             settings: &self.settings,
             system,
             conserved,
+            stable,
             libraries: libraries.into_iter().zip(known).collect(),
             signs,
             positions,

@@ -74,6 +74,8 @@ impl IdentifyImplicit {
         require(settings.signs.is_empty(), "signs", expected, found)?;
         let found = settings.conserve.join(", ");
         require(settings.conserve.is_empty(), "conserve", expected, found)?;
+        let expected = "false (implicit equations)";
+        require(!settings.stable, "stable", expected, true)?;
         Ok(Self { settings, ..self })
     }
 

@@ -66,6 +66,7 @@ pub(super) fn of(
         libraries,
         positions: Vec::new(),
         conserved: None,
+        stable: None,
     };
     let mut regressions = Vec::new();
     for statistics in &statistics {
