@@ -3,7 +3,7 @@
 use serde::Serialize;
 use sindy::Outcome;
 use sindy::data::dataset::DataReport;
-use sindy::identify::{Candidate, Choice, Equation, Identification};
+use sindy::identify::{Candidate, Choice, Equation, Identification, Stability};
 use sindy::model::Term;
 
 use super::score::TestObject;
@@ -18,6 +18,9 @@ pub(super) struct FitObject {
     pub(super) equations: Named<Vec<TermObject>>,
     pub(super) choice: Choice,
     pub(super) outcome: Outcome,
+    /// Why all trajectories stay bounded, with --stable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) stability: Option<Stability>,
     pub(super) warnings: Vec<String>,
     /// Terms against error, for each state.
     pub(super) front: Named<Front>,
@@ -128,6 +131,7 @@ impl FitObject {
             equations: Named::new(states, terms),
             choice: found.choice.clone(),
             outcome: found.outcome,
+            stability: found.stability.clone(),
             warnings,
             front: Named::new(states, found.equations.iter().map(Front::of)),
             candidates: found.candidates.clone(),
