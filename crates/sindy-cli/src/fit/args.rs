@@ -79,6 +79,16 @@ pub(crate) struct FitArgs {
         conflicts_with_all = ["stream", "known", "sign", "second_order", "discrete"]
     )]
     pub(crate) conserve: Vec<String>,
+    /// Find a model whose trajectories all stay bounded
+    ///
+    /// With candidates linear in the states all eigenvalues decay. With poly(2) the quadratic terms keep the energy |x|²/2, and there is
+    /// a ball that every trajectory enters. A fit that is not stable moves to the nearest coefficients that are. A warning tells where
+    /// the data contradict it. Not with --conserve, --known, --sign, --second-order, --discrete or --stream.
+    #[arg(
+        long,
+        conflicts_with_all = ["stream", "conserve", "known", "sign", "second_order", "discrete"]
+    )]
+    pub(crate) stable: bool,
     /// Find x'' = f(x, x', u): positions are measured, velocities are not
     ///
     /// All states are positions, or those that --second-order=x,y names. The velocity of x is called `x_dot` in terms. It is

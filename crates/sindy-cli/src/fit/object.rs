@@ -3,7 +3,7 @@
 use serde::Serialize;
 use sindy::Outcome;
 use sindy::data::dataset::DataReport;
-use sindy::identify::{Candidate, Choice, DiffusionTerm, Equation, Identification};
+use sindy::identify::{Candidate, Choice, DiffusionTerm, Equation, Identification, Stability};
 use sindy::model::Term;
 
 use super::score::TestObject;
@@ -21,6 +21,9 @@ pub(super) struct FitObject {
     pub(super) diffusion: Option<Named<Vec<TermObject>>>,
     pub(super) choice: Choice,
     pub(super) outcome: Outcome,
+    /// Why all trajectories stay bounded, with --stable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) stability: Option<Stability>,
     pub(super) warnings: Vec<String>,
     /// Terms against error, for each state.
     pub(super) front: Named<Front>,
@@ -147,6 +150,7 @@ impl FitObject {
             diffusion: has_diffusion.then(all),
             choice: found.choice.clone(),
             outcome: found.outcome,
+            stability: found.stability.clone(),
             warnings,
             front: Named::new(states, found.equations.iter().map(Front::of)),
             candidates: found.candidates.clone(),

@@ -41,6 +41,7 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
         Some(path) => read(path)?,
     };
     settings.identify.discrete |= args.discrete;
+    settings.identify.stable |= args.stable;
     settings.identify.known.extend(args.known.iter().cloned());
     settings.identify.signs.extend(args.sign.iter().cloned());
     settings

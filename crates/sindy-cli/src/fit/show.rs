@@ -27,6 +27,10 @@ pub(super) fn text(model: &Model, object: &FitObject) -> String {
     let _ = write!(out, "\nchoice    {}", wrapped(&choice.reason));
     let _ = write!(out, "\nsmoothing {}", wrapped(&choice.smoothing));
     let _ = write!(out, "\noutcome   {}", words(object.outcome));
+    if let Some(stability) = &object.stability {
+        let words = stability.certificate.to_string();
+        let _ = write!(out, "\nstability {}", wrapped(&words));
+    }
     let _ = write!(out, "\ndata      {}", wrapped(&object.data.summary()));
     if let Some(test) = &object.test {
         out.push_str(&self::test(test));

@@ -65,6 +65,7 @@ mod second_order;
 mod settings;
 mod signs;
 mod size;
+mod stable;
 pub mod stream;
 #[cfg(test)]
 mod tests;
@@ -76,6 +77,7 @@ pub use result::{
 };
 pub use second_order::{velocity, with_velocities};
 pub use settings::{Between, Method, NoiseSource, Score, Settings, Smoothing};
+pub use stable::Stability;
 pub use stream::{Columns, PartialSums};
 
 use std::borrow::Cow;
@@ -250,7 +252,12 @@ impl Identify {
         let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?;
         let diffusion = diffusion::library(&self.settings, data)?;
         let free = diffusion::of(free, data, diffusion.as_ref())?;
-        let (system, conserved) = conserve::of(&self.settings, data, &libraries, &stretches, free)?;
+        let stable =
+            stable::StableCandidates::of(&self.settings, states.0, &libraries, &stretches)?;
+        let (system, conserved) = match stable.as_ref().filter(|s| s.is_quadratic()) {
+            Some(stable) => conserve::of_energy(stable.energy_changes(), &libraries, free)?,
+            None => conserve::of(&self.settings, data, &libraries, &stretches, free)?,
+        };
         let signs = conserved.as_ref().map_or(signs, |_| vec![Vec::new()]);
         let mut noise = prepare::noise(&stretches, n);
         noise.of_velocities(&positions);
@@ -260,6 +267,7 @@ impl Identify {
             system,
             conserved,
             diffusion,
+            stable,
             libraries: libraries.into_iter().zip(known).collect(),
             signs,
             positions,

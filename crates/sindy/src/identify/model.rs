@@ -1,5 +1,7 @@
 //! From a fit to the identification's result: model, fronts, reason and warnings.
 
+use std::borrow::Cow;
+
 use super::all_rows::OnAllRows;
 use super::evidence::{TermEvidence, intervals, of_regression, without_doubtful};
 use super::follow::FollowedModel;
@@ -79,8 +81,14 @@ impl IdentificationRun<'_> {
         mut self,
         ranked: &[RankedModel],
         followed: &FollowedModel,
+        from: &Statistics,
     ) -> Result<Identification, SindyError> {
-        let fit = &self.in_terms(&followed.fit);
+        let moved = self.stable_fit(&followed.fit, from);
+        let fit = self.in_terms(&followed.fit);
+        let fit = &match &moved {
+            Some(moved) => Cow::Owned(self.with_moved(&fit, moved)),
+            None => fit,
+        };
         let evidence: Vec<TermEvidence> = (0..fit.coefficients.len())
             .map(|j| TermEvidence::of_output_error(fit, j))
             .collect();
@@ -150,7 +158,9 @@ impl IdentificationRun<'_> {
         let without = self.no_diffusion(fit);
         self.warnings.extend(without);
         self.warnings.extend(doubtful(&model));
-        Ok(self.finish(model, equations, choice, ranked, fit.outcome))
+        let outcome = fit.outcome;
+        let lost = moved.map_or(0.0, |m| m.lost);
+        Ok(self.finish(model, equations, (choice, lost), ranked, outcome))
     }
 
     fn reason_of_fit(
@@ -207,10 +217,20 @@ impl IdentificationRun<'_> {
             .unwrap_or(&statistics[0]);
         let (best, worth) = self.without_doubtful(&ranked[0], from, yardstick);
         let best = &best;
-        let (coefficients, evidence, equations) = match &self.conserved {
+        let (mut coefficients, mut evidence, mut equations) = match &self.conserved {
             Some(conserved) => self.joint_equations(conserved, best, from)?,
             None => self.separate_equations(best, from, worth)?,
         };
+        let moved = self.stable_regression(&best.coefficients, from);
+        if let Some(moved) = &moved {
+            coefficients = self.with_added(moved, &mut evidence);
+            let mut first = 0;
+            for (equation, (library, _)) in equations.iter_mut().zip(&self.libraries) {
+                let own = first..first + library.len();
+                first = own.end;
+                equation.intervals = intervals(&coefficients[own.clone()], &evidence[own]);
+            }
+        }
         let model = self.model(&coefficients, &evidence)?;
         let reason = format!(
             "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({} times the \
@@ -236,7 +256,8 @@ impl IdentificationRun<'_> {
         let outcome = outcomes
             .find(|o| !o.is_success())
             .unwrap_or(Outcome::Converged);
-        Ok(self.finish(model, equations, choice, ranked, outcome))
+        let lost = moved.map_or(0.0, |m| m.lost);
+        Ok(self.finish(model, equations, (choice, lost), ranked, outcome))
     }
 
     /// Coefficients of all candidates, the evidence for them, and the equations of a regression of each equation.
@@ -317,10 +338,11 @@ impl IdentificationRun<'_> {
         self,
         model: Model,
         equations: Vec<Equation>,
-        choice: Choice,
+        (choice, lost): (Choice, f64),
         ranked: &[RankedModel],
         outcome: Outcome,
     ) -> Identification {
+        let stability = self.stability(&model, lost);
         let candidate = |r: &RankedModel| Candidate {
             name: r.regression.name.clone(),
             terms: self.terms_of(r),
@@ -334,6 +356,7 @@ impl IdentificationRun<'_> {
             outcome,
             inputs_between: self.inputs.between,
             data: self.data.report(),
+            stability,
             warnings: self.warnings,
         }
     }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::stable::Stability;
 use crate::data::dataset::DataReport;
 use crate::model::{Interpolation, Model};
 use crate::solve::outcome::Outcome;
@@ -152,6 +153,8 @@ pub struct Identification {
     pub outcome: Outcome,
     /// What each input was taken to be between its samples; of no account in discrete time and for regressions.
     pub inputs_between: Vec<Interpolation>,
+    /// Why all trajectories stay bounded, where that was asked for.
+    pub stability: Option<Stability>,
     /// Warnings.
     pub warnings: Vec<String>,
     /// Counts of the data.

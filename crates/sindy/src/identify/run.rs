@@ -8,6 +8,7 @@ use super::inputs;
 use super::prepare::{self, Noise, Slopes};
 use super::rank::{BETTER, RANKED, RankedModel, by_free_run};
 use super::regress::{self, Statistics};
+use super::stable::StableCandidates;
 use super::{Identification, Method, NoiseSource, Progress, Settings, Smoothing, warnings};
 use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
@@ -38,6 +39,8 @@ pub(super) struct IdentificationRun<'a> {
     pub conserved: Option<Conserved>,
     /// Terms that the squared diffusion of each state may have; `None` where disturbances are taken to be constant.
     pub diffusion: Option<Library>,
+    /// What the search for a stable model knows of its candidates.
+    pub stable: Option<StableCandidates>,
     /// Indices of the positions whose velocity is not measured. Their velocities are the last states.
     pub positions: Vec<usize>,
     pub system: System,
@@ -105,7 +108,7 @@ impl<'a> IdentificationRun<'a> {
         let followed = self.follow(ranked, slopes, &statistics[0], progress);
         match &followed {
             Some(followed) if self.accepts(followed, ranked, yardstick) => {
-                self.of_output_error(ranked, followed)
+                self.of_output_error(ranked, followed, &statistics[0])
             }
             _ => self.of_regression(ranked, statistics, yardstick, followed.as_ref()),
         }

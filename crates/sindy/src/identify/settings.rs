@@ -155,6 +155,10 @@ pub struct Settings {
     /// Invariants that the equations keep exactly, as expressions of the states: `v^2/2 - cos(x)`. Not in discrete time, in a stream
     /// or in implicit equations, and not beside `known`, `signs` or `second_order`.
     pub conserve: Vec<String>,
+    /// Whether all trajectories of the model must stay bounded. Candidates are linear in the states, and all eigenvalues decay; or of
+    /// degree 2, and there is a [trapping region](crate::model::StabilityCertificate). Not in discrete time, in a stream or in implicit
+    /// equations, and not beside `known`, `signs`, `conserve` or `second_order`.
+    pub stable: bool,
     /// States whose equation is of second order and whose velocity is not measured: x gets a velocity `x_dot`, and `x_dot' =
     /// f(x, x_dot, u)` is looked for. The velocity is estimated with the model. Not in discrete time or in a stream.
     pub second_order: Vec<String>,
@@ -203,6 +207,7 @@ impl Default for Settings {
             known: Vec::new(),
             signs: Vec::new(),
             conserve: Vec::new(),
+            stable: false,
             second_order: Vec::new(),
             method: Method::default(),
             noise: NoiseSource::default(),
@@ -282,6 +287,7 @@ impl Settings {
         )?;
         super::conserve::check(self)?;
         super::diffusion::check(self)?;
+        super::stable::check(self)?;
         require(self.rows >= 100, "rows", "at least 100", self.rows)?;
         self.smoothing.differentiator().map(|_| ())
     }

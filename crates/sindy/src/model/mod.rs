@@ -16,6 +16,7 @@
 //! | a run over time | [`Model::simulate`], [`Model::iterate`], with past states [`Model::simulate_past`] |
 //! | exact Jacobian, as numbers or expressions | [`Model::jacobian`] |
 //! | equilibria and their stability | [`Search`] |
+//! | proof that all trajectories stay bounded | [`Model::stability_certificate`] |
 //! | text, LaTeX, C99, Rust | `format!("{model:.4}")`, [`Model::to_latex`], [`Model::to_c`], [`Model::to_rust`] |
 //! | a file that reads back exactly | [`Model::to_json`], [`Model::from_json`] |
 //!
@@ -51,6 +52,7 @@ mod past;
 mod predict;
 mod print;
 mod simulate;
+pub(crate) mod stability;
 #[cfg(test)]
 mod tests;
 
@@ -65,6 +67,7 @@ pub use past::{History, Past};
 pub use predict::Evaluator;
 pub(crate) use print::{Number, factor};
 pub use simulate::{Integrator, Simulation};
+pub use stability::{NoCertificate, StabilityCertificate, TrappingRegion};
 
 use crate::error::{SindyError, above_zero, require, same_size};
 use crate::library::{Library, parse};

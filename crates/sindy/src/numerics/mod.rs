@@ -1,9 +1,11 @@
 //! Small numerical methods that several stages need.
 
+mod bfgs;
 mod golden_section;
 mod prime;
 mod quantile;
 
+pub(crate) use bfgs::bfgs;
 pub use golden_section::golden_section;
 pub(crate) use golden_section::minimum_on_grid;
 pub(crate) use prime::prime;

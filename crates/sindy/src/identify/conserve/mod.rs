@@ -30,6 +30,7 @@ const MOST_CANDIDATES: usize = 400;
 /// What an identification under invariants looks for.
 #[derive(Clone, Debug)]
 pub(super) struct Conserved {
+    /// None where the quadratic part keeps the energy alone.
     pub invariants: Vec<Invariant>,
     /// The fields whose combinations keep all invariants.
     pub fields: Vec<Field>,
@@ -84,13 +85,7 @@ pub(super) fn of(
     }
     let ranges = invariants::ranges(stretches, data.names().len());
     let changes = invariants::changes(&invariants, libraries, data, &ranges)?;
-    let mut equations = Vec::new();
-    let mut first = 0;
-    for library in libraries {
-        equations.push((first..first + library.len()).collect());
-        first += library.len();
-    }
-    let fields = fields::conserving(&changes, &equations).map_err(|fault| match fault {
+    let fields = fields::conserving(&changes, &equations(libraries)).map_err(|fault| match fault {
         NoFields::Empty => refused(
             &format!(
                 "candidate terms of which a combination keeps it. Terms of {} are needed, or these times one factor for all \
@@ -112,6 +107,46 @@ pub(super) fn of(
         free,
     };
     Ok((conserved.free.joined(&conserved.fields), Some(conserved)))
+}
+
+/// What is looked for among models whose quadratic part keeps the energy `|x|²/2`, and the system of its fields. `changes` holds how each
+/// candidate changes the energy.
+pub(super) fn of_energy(
+    changes: DMatrix<f64>,
+    libraries: &[Library],
+    free: System,
+) -> Result<(System, Option<Conserved>), SindyError> {
+    let candidates = changes.ncols();
+    if candidates > MOST_CANDIDATES {
+        let expected = format!("at most {MOST_CANDIDATES} candidate terms of all equations");
+        let found = candidates.to_string();
+        return Err(SindyError::setting("stable", &expected, &found));
+    }
+    let fields = fields::conserving(&changes, &equations(libraries)).map_err(|_| {
+        SindyError::setting(
+            "stable",
+            "candidate terms that differ by more than rounding",
+            "terms that depend on each other",
+        )
+    })?;
+    let conserved = Conserved {
+        invariants: Vec::new(),
+        fields,
+        candidates,
+        changes,
+        free,
+    };
+    Ok((conserved.free.joined(&conserved.fields), Some(conserved)))
+}
+
+/// The candidates of each equation among those of all.
+fn equations(libraries: &[Library]) -> Vec<Vec<usize>> {
+    let mut first = 0;
+    let own = libraries.iter().map(|library| {
+        first += library.len();
+        (first - library.len()..first).collect()
+    });
+    own.collect()
 }
 
 /// The terms that a field of two equations is made of: `∂E/∂y` in x' for each other state y.

@@ -55,6 +55,13 @@ impl Conserved {
 
     /// A warning for each invariant that a likelier model does not keep.
     fn contradicted(&self, free: &[f64]) -> Vec<String> {
+        if self.invariants.is_empty() {
+            return vec![
+                "the data contradict that the quadratic terms keep the energy |x|²/2: a model without this condition is more than 20 times as \
+                 likely. Check the units of the states, the data, and what the library lacks"
+                    .to_owned(),
+            ];
+        }
         let shares = self.invariants.iter().zip(self.shares(free));
         shares
             .map(|(invariant, share)| {

@@ -76,6 +76,8 @@ impl IdentifyImplicit {
         require(settings.conserve.is_empty(), "conserve", expected, found)?;
         let found = settings.diffusion.join(", ");
         require(settings.diffusion.is_empty(), "diffusion", expected, found)?;
+        let expected = "false (implicit equations)";
+        require(!settings.stable, "stable", expected, true)?;
         Ok(Self { settings, ..self })
     }
 

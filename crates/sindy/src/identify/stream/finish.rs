@@ -67,6 +67,7 @@ pub(super) fn of(
         positions: Vec::new(),
         conserved: None,
         diffusion: None,
+        stable: None,
     };
     let mut regressions = Vec::new();
     for statistics in &statistics {

@@ -161,6 +161,7 @@ impl Identify {
             "automatic in a stream",
             format!("{:?}", self.settings.noise).to_lowercase(),
         )?;
+        require(!self.settings.stable, "stable", "false in a stream", true)?;
         for (key, texts) in [
             ("known", &self.settings.known),
             ("second_order", &self.settings.second_order),

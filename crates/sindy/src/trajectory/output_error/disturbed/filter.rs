@@ -48,7 +48,7 @@ pub(super) struct Belief {
 /// What a row adds.
 pub(super) struct Update {
     /// The states that are measured there.
-    states: Vec<usize>,
+    pub states: Vec<usize>,
     /// Innovations mapped to unit covariance.
     pub innovation: DVector<f64>,
     pub log_determinant: f64,

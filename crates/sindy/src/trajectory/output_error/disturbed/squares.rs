@@ -108,14 +108,14 @@ fn along(
         let mean = &step.to + &step.transition * (&belief.mean - &step.from);
         belief.predict(mean, step, noise);
         slopes.predict(step);
-        let weight = record.root_weight(k + 1).powi(2);
-        if weight == 0.0 {
+        if !record.is_compared(k + 1) {
             continue;
         }
+        let weight = record.root_weight(k + 1).powi(2);
         let update = belief.update(record, k + 1, noise)?;
-        let whitened = slopes.whitened(&update, measured, weight)?;
+        let whitened = slopes.whitened(&update, weight)?;
         let z = &update.innovation;
-        for a in 0..measured {
+        for a in 0..z.len() {
             for b in 0..=a {
                 // Entries beside the diagonal stand in the matrix twice.
                 let scale = if a == b { 0.5_f64.sqrt() } else { 1.0 };
@@ -173,13 +173,15 @@ impl Slopes {
     }
 
     /// Those of the innovations' covariance, mapped as this is to unit covariance.
-    fn whitened(&self, update: &Update, measured: usize, weight: f64) -> Option<Vec<DMatrix<f64>>> {
+    fn whitened(&self, update: &Update, weight: f64) -> Option<Vec<DMatrix<f64>>> {
         let first = self.parameters.measurement();
         let all = self.by.iter().enumerate();
         all.map(|(a, by)| {
-            let mut s = by.view((0, 0), (measured, measured)).into_owned();
-            if let Some(i) = a.checked_sub(first) {
-                s[(i, i)] += 1.0 / weight;
+            let states = &update.states;
+            let mut s = by.select_rows(states).select_columns(states);
+            let own = states.iter().position(|i| a.checked_sub(first) == Some(*i));
+            if let Some(k) = own {
+                s[(k, k)] += 1.0 / weight;
             }
             let half = update.root.solve_lower_triangular(&s)?.transpose();
             update.root.solve_lower_triangular(&half)
@@ -189,23 +191,29 @@ impl Slopes {
 
     /// By a row.
     fn update(&mut self, update: &Update, measured: usize, weight: f64) {
-        if self.forgets {
+        if self.forgets && update.states.len() == measured {
             self.by.iter_mut().for_each(|by| by.fill(0.0));
             self.blank = true;
             return;
         }
         let n = self.parameters.states;
         let mut kept = DMatrix::identity(n, n);
-        for i in 0..measured {
+        for (k, &i) in update.states.iter().enumerate() {
             let mut column = kept.column_mut(i);
-            column -= update.gain.column(i);
+            column -= update.gain.column(k);
         }
         let turned = kept.transpose();
         for by in &mut self.by {
             *by = &kept * &*by * &turned;
         }
-        for i in 0..self.parameters.measured {
-            let gain = update.gain.column(i);
+        let estimated = self.parameters.measured;
+        for (k, &i) in update
+            .states
+            .iter()
+            .enumerate()
+            .filter(|s| *s.1 < estimated)
+        {
+            let gain = update.gain.column(k);
             self.by[self.parameters.measurement() + i] += gain * gain.transpose() / weight;
         }
     }
