@@ -12,6 +12,8 @@ mod known;
 mod partial;
 mod past;
 mod pde;
+mod rates;
 mod sign;
 mod simulate;
+mod stable;
 mod stream;

@@ -186,13 +186,31 @@ fn most_uneven(innovations: &Innovations) -> Option<(usize, f64)> {
         .filter(|(_, p)| *p <= LEVEL)
 }
 
-/// The least probability over all lengths of sums.
+/// The least probability over all lengths of sums. Where rows lack states, each state is tested by its own rows, and counts as one
+/// of several tests.
 fn alike(innovations: &Innovations) -> f64 {
-    let rows = innovations.errors.len();
+    let states = innovations.errors.first().map_or(0, Vec::len);
+    let is_lacking = |row: &Vec<f64>| row.iter().any(|e| e.is_nan());
+    if !innovations.errors.iter().any(is_lacking) {
+        return alike_in(&innovations.points, &innovations.errors);
+    }
+    let of = |i: usize| {
+        let rows = innovations.points.iter().zip(&innovations.errors);
+        let own = rows.filter(|(_, row)| !row[i].is_nan());
+        let own = own.map(|(point, row)| (point.clone(), vec![row[i]]));
+        let (points, errors): (Vec<_>, Vec<_>) = own.unzip();
+        alike_in(&points, &errors)
+    };
+    (0..states).map(of).fold(1.0, f64::min) * states as f64
+}
+
+/// The same of these rows.
+fn alike_in(points: &[Vec<f64>], errors: &[Vec<f64>]) -> f64 {
+    let rows = errors.len();
     let p = SUMMED.iter().filter_map(|&length| {
         let step = length.max(rows.div_ceil(neighbours::ROWS));
-        let points = innovations.points.iter().step_by(step).cloned();
-        let sums = innovations.errors.chunks(step).map(|chunk| {
+        let points = points.iter().step_by(step).cloned();
+        let sums = errors.chunks(step).map(|chunk| {
             let mut sum = vec![0.0; chunk[0].len()];
             for row in &chunk[..length.min(chunk.len())] {
                 sum.iter_mut().zip(row).for_each(|(sum, e)| *sum += e);

@@ -30,6 +30,8 @@ const LONGEST: [usize; 3] = [usize::MAX, 32, 8];
 /// Level of the test for a residual that is noise of the measurement: of true models in such noise one in twenty is
 /// refused.
 const NOT_NOISE: f64 = 0.05;
+/// The same for residuals as large as noise, of samples that are far apart: of true models one in a hundred is doubted.
+const SPARSE: f64 = 0.01;
 /// Rounds between the terms and the colour of the residual, which depend on each other: a first choice takes noise for
 /// terms, and leaves a residual that is whiter than the noise. With more rounds nothing was measured.
 const COLOUR_ROUNDS: usize = 3;
@@ -192,10 +194,13 @@ impl IdentificationRun<'_> {
                 best.fit = fit;
             }
         }
-        if correlated {
+        // Of samples that are far apart, the noise is not known well enough to say that nothing else is left.
+        let sparse = self.stretches.iter().any(|s| !s.seen.is_empty());
+        if correlated || sparse {
             let whole = best.longest == usize::MAX && self.misfit(&best.fit) <= FOLLOWS;
             if whole && self.noise.is_visible() {
-                best.independence = self.independence(&best.fit, search);
+                let p = self.independence(&best.fit, search);
+                best.independence = p.filter(|p| correlated || *p <= SPARSE);
             }
         }
         Some(best)

@@ -335,7 +335,7 @@ impl IdentificationRun<'_> {
     }
 
     fn finish(
-        self,
+        mut self,
         model: Model,
         equations: Vec<Equation>,
         (choice, lost): (Choice, f64),
@@ -343,6 +343,13 @@ impl IdentificationRun<'_> {
         outcome: Outcome,
     ) -> Identification {
         let stability = self.stability(&model, lost);
+        if self.stable.is_some() && stability.is_none() {
+            self.warnings.push(
+                "no proof was found that the model is stable: its trajectories may grow without bound. Use more data, or fewer \
+                 candidate terms"
+                    .to_owned(),
+            );
+        }
         let candidate = |r: &RankedModel| Candidate {
             name: r.regression.name.clone(),
             terms: self.terms_of(r),

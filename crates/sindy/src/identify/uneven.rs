@@ -15,9 +15,18 @@ const ROWS: usize = 20;
 const DEPENDENT: f64 = 1e-8;
 
 /// By column of `errors`, the probability that squares which depend on no point would follow the points as these do; 1 where there
-/// are too few rows.
+/// are too few rows. Rows with NaN in a column say nothing of it.
 pub(super) fn probabilities(points: &[Vec<f64>], errors: &[Vec<f64>]) -> Vec<f64> {
     let states = errors.first().map_or(0, Vec::len);
+    if errors.iter().flatten().any(|e| e.is_nan()) {
+        let of = |i: usize| {
+            let rows = points.iter().zip(errors).filter(|(_, e)| !e[i].is_nan());
+            let (points, own): (Vec<_>, Vec<_>) =
+                rows.map(|(point, e)| (point.clone(), vec![e[i]])).unzip();
+            probabilities(&points, &own).first().copied().unwrap_or(1.0)
+        };
+        return (0..states).map(of).collect();
+    }
     let Some((columns, degrees)) = design(points) else {
         return vec![1.0; states];
     };

@@ -170,14 +170,7 @@ impl IdentificationRun<'_> {
                 }
                 Some(moved)
             }
-            Err(()) => {
-                self.warnings.push(
-                    "no stable coefficients were found for the chosen terms: the model may be unstable. Use more data, or fewer \
-                     candidate terms"
-                        .to_owned(),
-                );
-                None
-            }
+            Err(()) => None,
         }
     }
 

@@ -154,3 +154,32 @@ fn prop_other_libraries_and_settings_are_refused() {
             .contains("`conserve`")
     );
 }
+
+#[test]
+fn analytic_a_quadratic_fit_that_is_not_trapped_moves_and_gains_diagonal_terms() {
+    // |x|²/2 of an oscillator with a spring of 4 does not fall at all times, so no coefficients near the truth are a proof.
+    let mut problem = oscillator(0.4, 300);
+    let library = Library::polynomial(&["x", "v"], 2).unwrap();
+    problem.terms = library.names().to_vec();
+    let found = fit(&problem, 1.0, 1, true);
+    assert!(contradicts(&found), "{:?}", found.warnings);
+    let StabilityCertificate::Trapping(region) = found.stability.unwrap().certificate else {
+        panic!("{}", found.model)
+    };
+    let (a, _) = found
+        .model
+        .jacobian()
+        .unwrap()
+        .at(&region.centre, &[])
+        .unwrap();
+    let symmetric = (&a + a.transpose()) * 0.5;
+    let largest = symmetric.symmetric_eigenvalues().max();
+    assert!(
+        largest < 0.0 && (largest + region.rate).abs() < 1e-9,
+        "{largest} {region:?}"
+    );
+    let has_own = found.model.equations()[0]
+        .iter()
+        .any(|t| t.expression.to_string() == "x");
+    assert!(has_own, "{}", found.model);
+}

@@ -31,7 +31,7 @@ pub(super) struct Pass {
     pub log_determinant: f64,
     /// By measured state and sample compared: innovations mapped to unit covariance.
     pub innovations: Vec<Vec<f64>>,
-    /// By row compared: the same, 0 of states that are not measured there.
+    /// By row compared: the same, NaN of states that are not measured there.
     pub errors: Vec<Vec<f64>>,
     /// By row compared: state and inputs before it.
     pub points: Vec<Vec<f64>>,
@@ -197,7 +197,7 @@ impl Pass {
             .root
             .solve_lower_triangular(&by.select_rows(&update.states))?;
         self.log_determinant += update.log_determinant;
-        let mut errors = vec![0.0; measured];
+        let mut errors = vec![f64::NAN; measured];
         for ((k, &i), z) in update.states.iter().enumerate().zip(z.iter()) {
             errors[i] = *z;
             self.innovations[i].push(*z);

@@ -1,0 +1,77 @@
+//! Columns with rates of their own.
+
+use crate::common::{fails, json, number, words, write};
+
+/// A damped oscillator under a force, x' = v, v' = -4 x - 0.4 v + u, with an empty cell where `keep(column, row)` does not hold.
+fn table(keep: impl Fn(usize, usize) -> bool) -> String {
+    let mut out = "t,x,v,u\n".to_owned();
+    let (mut x, mut v) = (1.0, 0.0);
+    let h = 0.01;
+    let force = |t: f64| (1.3 * t).sin();
+    for row in 0..2000 {
+        let t = h * f64::from(row);
+        // Noise of a thousandth of the size, the same in every run.
+        let noise = |k: f64| 1e-3 * (1e4 * (t + k).sin()).sin();
+        let cells = [x + noise(0.3), v + noise(0.7), force(t)];
+        out += &t.to_string();
+        for (column, cell) in cells.iter().enumerate() {
+            out.push(',');
+            if keep(column, row as usize) {
+                out += &cell.to_string();
+            }
+        }
+        out.push('\n');
+        // Runge and Kutta's method of second order.
+        let slope = |x: f64, v: f64, t: f64| (v, -4.0 * x - 0.4 * v + force(t));
+        let (a, b) = slope(x, v, t);
+        let (c, d) = slope(x + 0.5 * h * a, v + 0.5 * h * b, t + 0.5 * h);
+        (x, v) = (x + h * c, v + h * d);
+    }
+    out
+}
+
+#[test]
+fn analytic_empty_cells_of_slower_columns_are_no_gaps() {
+    let folder = tempfile::tempdir().unwrap();
+    // In most rows only one column has a value, and in no row both states have one.
+    let keep = |column: usize, row: usize| row % [2, 10, 4][column] == column % 2;
+    let data = write(folder.path(), "sensors.csv", &table(keep));
+    let fit = words("fit {} --states x,v --inputs u", &[&data]);
+    let found = json(0, &fit);
+    let equations = &found["equations"];
+    for (state, terms) in [
+        ("x", vec![("v", 1.0)]),
+        ("v", vec![("x", -4.0), ("v", -0.4), ("u", 1.0)]),
+    ] {
+        let own = equations[state].as_array().unwrap();
+        assert_eq!(own.len(), terms.len(), "{equations}");
+        for term in own {
+            let name = term["term"].as_str().unwrap();
+            let truth = terms.iter().find(|(n, _)| *n == name).unwrap().1;
+            // Noise of 1e-3 on 1000 and 200 samples, and an input that is interpolated over 0.04.
+            let off = (number(&term["coefficient"]) - truth).abs();
+            assert!(off < 2e-3, "{term}");
+        }
+    }
+    let said = found["warnings"].to_string();
+    assert!(
+        said.contains("of 2000 rows x in 1000, v in 200 hold a value"),
+        "{said}"
+    );
+}
+
+#[test]
+fn prop_rows_without_a_state_are_refused_where_every_row_needs_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let keep = |column: usize, row: usize| row % [2, 10, 1][column] == column % 2;
+    let data = write(folder.path(), "sensors.csv", &table(keep));
+    for more in ["--discrete", "--stream"] {
+        let fit = format!("fit {{}} --states x,v --inputs u {more}");
+        let error = fails(1, &words(&fit, &[&data]));
+        assert!(error.contains("rows"), "{more}: {error}");
+    }
+    // A state that was never measured.
+    let data = write(folder.path(), "none.csv", &table(|column, _| column != 1));
+    let error = fails(1, &words("fit {} --states x,v --inputs u", &[&data]));
+    assert!(error.contains("rows"), "{error}");
+}
