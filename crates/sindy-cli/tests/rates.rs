@@ -73,5 +73,5 @@ fn prop_rows_without_a_state_are_refused_where_every_row_needs_one() {
     // A state that was never measured.
     let data = write(folder.path(), "none.csv", &table(|column, _| column != 1));
     let error = fails(1, &words("fit {} --states x,v --inputs u", &[&data]));
-    assert!(error.contains("rows"), "{error}");
+    assert!(error.contains("values in column `v`"), "{error}");
 }

@@ -48,6 +48,9 @@ pub(super) fn train(terminal: &Terminal, args: &FitArgs) -> Result<Train> {
         inputs = names[args.states.len()..].to_vec();
     }
     let data = dataset(trajectories, &args.states, &inputs, &files)?;
+    if args.discrete || !data.lacks_single_values() {
+        check_rows(&data, &files)?;
+    }
     Ok(Train {
         data,
         inputs,
@@ -55,7 +58,7 @@ pub(super) fn train(terminal: &Terminal, args: &FitArgs) -> Result<Train> {
     })
 }
 
-/// Trajectories as a data set; refused where none has rows that follow each other.
+/// Trajectories as a data set; refused where a column has no values.
 pub(crate) fn dataset(
     trajectories: Vec<Trajectory>,
     states: &[String],
@@ -68,21 +71,38 @@ pub(crate) fn dataset(
         data.push(t.name, t.time, t.columns, t.weights)
             .map_err(refused)?;
     }
-    if data.stretches().is_empty() && !data.lacks_single_values() {
-        let report = data.report();
-        let names: Vec<&str> = files.iter().map(|f| f.path.as_str()).collect();
-        return Err(Error::data(
-            names.join(", "),
-            "at least 3 rows after each other without gaps",
-            format!(
-                "{} row{}, {} with empty cells",
-                report.rows,
-                if report.rows == 1 { "" } else { "s" },
-                report.missing_rows
-            ),
-        ));
+    for (column, name) in data.names().iter().enumerate() {
+        let all = data.trajectories().iter().flat_map(|t| &t.columns[column]);
+        if all.clone().next().is_some() && all.clone().all(|v| v.is_nan()) {
+            let at = names(files);
+            let expected = format!("values in column `{name}`");
+            return Err(Error::data(at, expected, "empty cells alone".to_owned()));
+        }
     }
     Ok(data)
+}
+
+/// Refuses data without rows that follow each other.
+pub(crate) fn check_rows(data: &Dataset, files: &[FileReport]) -> Result<()> {
+    if !data.stretches().is_empty() {
+        return Ok(());
+    }
+    let report = data.report();
+    Err(Error::data(
+        names(files),
+        "at least 3 rows after each other without gaps",
+        format!(
+            "{} row{}, {} with empty cells",
+            report.rows,
+            if report.rows == 1 { "" } else { "s" },
+            report.missing_rows
+        ),
+    ))
+}
+
+fn names(files: &[FileReport]) -> String {
+    let names: Vec<&str> = files.iter().map(|f| f.path.as_str()).collect();
+    names.join(", ")
 }
 
 pub(super) fn test(terminal: &Terminal, args: &FitArgs) -> Result<Option<Test>> {

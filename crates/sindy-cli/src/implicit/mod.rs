@@ -11,7 +11,7 @@ use touchdown_terminal::{Done, Terminal};
 
 use crate::error::{Error, Result};
 use crate::fit::args::check_columns;
-use crate::fit::load::dataset;
+use crate::fit::load::{check_rows, dataset};
 use crate::output;
 use crate::trajectories::{self, WantedColumns};
 use args::ImplicitArgs;
@@ -41,6 +41,7 @@ pub(crate) fn run(terminal: &Terminal, args: &ImplicitArgs) -> Result<Done> {
         files.push(report);
     }
     let data = dataset(all, &args.states, &args.inputs, &files)?;
+    check_rows(&data, &files)?;
     let names: Vec<String> = args.data.iter().map(|p| p.display().to_string()).collect();
     let found = identify
         .run(&data, &mut |progress| terminal.busy(&stage(&progress)))

@@ -186,8 +186,7 @@ fn most_uneven(innovations: &Innovations) -> Option<(usize, f64)> {
         .filter(|(_, p)| *p <= LEVEL)
 }
 
-/// The least probability over all lengths of sums. Where rows lack states, each state is tested by its own rows, and counts as one
-/// of several tests.
+/// The least probability over all lengths of sums. Where rows lack states, each state is tested by its own rows.
 fn alike(innovations: &Innovations) -> f64 {
     let states = innovations.errors.first().map_or(0, Vec::len);
     let is_lacking = |row: &Vec<f64>| row.iter().any(|e| e.is_nan());
@@ -201,7 +200,7 @@ fn alike(innovations: &Innovations) -> f64 {
         let (points, errors): (Vec<_>, Vec<_>) = own.unzip();
         alike_in(&points, &errors)
     };
-    (0..states).map(of).fold(1.0, f64::min) * states as f64
+    (0..states).map(of).fold(1.0, f64::min)
 }
 
 /// The same of these rows.

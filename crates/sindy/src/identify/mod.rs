@@ -82,7 +82,7 @@ pub use stream::{Columns, PartialSums};
 
 use std::borrow::Cow;
 
-use crate::data::dataset::Dataset;
+use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::{Term, Time};
@@ -188,6 +188,29 @@ impl Identify {
         Ok(found)
     }
 
+    /// Time, and the stretches of the data that are looked at.
+    fn stretches<'d>(
+        &self,
+        data: &'d Dataset,
+        warnings: &mut Vec<String>,
+    ) -> Result<(Time, Vec<Stretch<'d>>), SindyError> {
+        let stretches = data.stretches();
+        if !self.settings.discrete {
+            warnings.extend(warnings::weights_differ(
+                stretches.iter().filter_map(|s| s.weights).flatten(),
+            ));
+            return Ok((Time::Continuous, stretches));
+        }
+        let period = data.report().period;
+        let time = Time::Discrete { period };
+        if stretches.is_empty() {
+            return Ok((time, stretches));
+        }
+        let (cut, warning) = discrete::one_period(data, &stretches, period)?;
+        warnings.extend(warning);
+        Ok((time, discrete::with_weight(&cut)))
+    }
+
     /// Prepares an identification of `data` and hands it to `work`.
     fn with_run<R>(
         &self,
@@ -219,25 +242,7 @@ impl Identify {
             self.settings.discrete,
         )?;
         let (libraries, known): (Vec<Library>, Vec<KnownPart>) = libraries.into_iter().unzip();
-        let time = match self.settings.discrete {
-            false => Time::Continuous,
-            true => Time::Discrete {
-                period: data.report().period,
-            },
-        };
-        let mut stretches = data.stretches();
-        if let Time::Discrete { period } = time
-            && !stretches.is_empty()
-        {
-            let (cut, warning) = discrete::one_period(data, &stretches, period)?;
-            stretches = discrete::with_weight(&cut);
-            warnings.extend(warning);
-        }
-        if !self.settings.discrete {
-            warnings.extend(warnings::weights_differ(
-                stretches.iter().filter_map(|s| s.weights).flatten(),
-            ));
-        }
+        let (time, stretches) = self.stretches(data, &mut warnings)?;
         let libraries = libraries
             .into_iter()
             .map(|library| {

@@ -145,22 +145,28 @@ impl IdentificationRun<'_> {
             method,
             self.reason_of_fit(fit, start, followed.on_all_rows),
         );
-        let warnings = self.warnings_of_fit(followed);
+        let warnings = self.warnings_of_model(&model, fit, followed)?;
         self.warnings.extend(warnings);
-        let against = self.contradicted_by_trajectories(followed);
-        self.warnings.extend(against);
-        let against = self.broken_by_trajectories(Some(followed));
-        self.warnings.extend(against);
-        let unmoved = self.unmoved(&model, fit);
-        self.warnings.extend(unmoved);
-        let lack = self.lack_of_map(&model)?;
-        self.warnings.extend(lack);
-        let without = self.no_diffusion(fit);
-        self.warnings.extend(without);
-        self.warnings.extend(doubtful(&model));
         let outcome = fit.outcome;
         let lost = moved.map_or(0.0, |m| m.lost);
         Ok(self.finish(model, equations, (choice, lost), ranked, outcome))
+    }
+
+    /// What calls a model by output error into question.
+    fn warnings_of_model(
+        &self,
+        model: &Model,
+        fit: &OutputErrorFit,
+        followed: &FollowedModel,
+    ) -> Result<Vec<String>, SindyError> {
+        let mut out = self.warnings_of_fit(followed);
+        out.extend(self.contradicted_by_trajectories(followed));
+        out.extend(self.broken_by_trajectories(Some(followed)));
+        out.extend(self.unmoved(model, fit));
+        out.extend(self.lack_of_map(model)?);
+        out.extend(self.no_diffusion(fit));
+        out.extend(doubtful(model));
+        Ok(out)
     }
 
     fn reason_of_fit(

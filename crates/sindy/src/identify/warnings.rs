@@ -1,5 +1,6 @@
 //! Warnings about data and fits.
 
+use super::NoiseSource;
 use super::all_rows::OnAllRows;
 use super::follow::FollowedModel;
 use super::known::KnownPart;
@@ -8,7 +9,7 @@ use super::rank::RankedModel;
 use super::ratio;
 use super::regress::Statistics;
 use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
-use crate::data::dataset::DataReport;
+use crate::data::dataset::{DataReport, Stretch};
 use crate::data::samples::Samples;
 use crate::error::SindyError;
 use crate::library::Library;
@@ -171,20 +172,7 @@ impl IdentificationRun<'_> {
                 self.settings.rows
             ));
         }
-        if followed.is_ambiguous {
-            out.push(
-                "noise of the measurement and disturbances of the system are equally likely here, and give other coefficients: \
-                 the setting `noise` says which it is"
-                    .into(),
-            );
-        }
-        if let Some(surprises) = followed.surprises
-            && !surprises.are_noise()
-        {
-            out.push(surprises.warning());
-        }
-        let size = followed.surprises;
-        out.extend(size.and_then(|s| s.warning_of_size(self.data.states())));
+        out.extend(self.warnings_of_disturbance(followed));
         if fit.outcome != Outcome::Converged {
             out.push(format!(
                 "the output error did not converge in {} steps",
@@ -210,6 +198,37 @@ impl IdentificationRun<'_> {
                 fit.correlation.sqrt()
             ));
         }
+        out
+    }
+
+    /// Whether disturbances are what they are taken for.
+    fn warnings_of_disturbance(&self, followed: &FollowedModel) -> Vec<String> {
+        let mut out = Vec::new();
+        if followed.is_ambiguous {
+            out.push(
+                "noise of the measurement and disturbances of the system are equally likely here, and give other coefficients: \
+                 the setting `noise` says which it is"
+                    .into(),
+            );
+        }
+        let automatic = self.settings.noise == NoiseSource::Automatic;
+        if automatic
+            && followed.fit.disturbance.is_some()
+            && self.stretches.iter().any(Stretch::has_slow_state)
+        {
+            out.push(
+                "disturbances explain what trajectories leave. Where few rows hold a state, tests hardly tell them from a term that is \
+                 not in the library: the setting `noise` says that the system is disturbed"
+                    .into(),
+            );
+        }
+        if let Some(surprises) = followed.surprises
+            && !surprises.are_noise()
+        {
+            out.push(surprises.warning());
+        }
+        let size = followed.surprises;
+        out.extend(size.and_then(|s| s.warning_of_size(self.data.states())));
         out
     }
 

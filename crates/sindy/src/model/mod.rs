@@ -60,7 +60,6 @@ use sindy_expr::Expr;
 
 pub use equilibria::{Equilibria, Equilibrium, Search, Stability};
 pub use input::{Inputs, Interpolation};
-pub(crate) use input::{hermite, spline_slopes};
 pub use jacobian::Jacobian;
 pub use limits::{Limits, Run, RunOutcome};
 pub use past::{History, Past};

@@ -90,6 +90,11 @@ impl Stretch<'_> {
         }
     }
 
+    /// Whether a state has a rate of its own.
+    pub(crate) fn has_slow_state(&self) -> bool {
+        self.seen.iter().any(|s| s.slow)
+    }
+
     /// The rows in which a state with a rate of its own is measured; `None` of others, which are smoothed over all rows.
     pub(crate) fn own_rows(&self, state: usize) -> Option<Vec<usize>> {
         let seen = self.seen.get(state).filter(|s| s.slow)?;

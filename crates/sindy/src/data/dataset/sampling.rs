@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::data::gaps::GapSettings;
 use crate::error::SindyError;
-use crate::model::{hermite, spline_slopes};
+use crate::numerics::{hermite, spline_slopes};
 
 use super::bridge::BRIDGED;
 
@@ -144,8 +144,8 @@ mod tests {
     fn prop_gaps_are_judged_by_the_rate_of_the_state() {
         let time: Vec<f64> = (0..200).map(|k| 0.1 * f64::from(k)).collect();
         // Every fourth row, but for a pause of 40 rows.
-        let slow = |row: usize| row % 4 == 0 && !(80..120).contains(&row);
-        let often = |row: usize| row % 9 != 0 && !(80..85).contains(&row);
+        let slow = |row: usize| row.is_multiple_of(4) && !(80..120).contains(&row);
+        let often = |row: usize| !row.is_multiple_of(9) && !(80..85).contains(&row);
         for (of, gap) in [(&slow as &dyn Fn(usize) -> bool, 77..120), (&often, 80..85)] {
             let value = |row| if of(row) { 1.0 } else { NAN };
             let mut column: Vec<f64> = (0..200).map(value).collect();

@@ -7,7 +7,7 @@ use crate::data::dataset::{Dataset, Stretch};
 use crate::data::grid::uniform_period;
 use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
-use crate::model::hermite;
+use crate::numerics::hermite;
 
 /// Periods of stretches that differ by this share are the same.
 const SAME_PERIOD: f64 = 1e-3;

@@ -155,6 +155,10 @@ fn analytic_disturbed_systems_are_seen_at_different_rates() {
         [vec!["y"], vec!["x", "y", "x^2*y"]]
     );
     assert_eq!(found.choice.method, "prediction_error");
+    // A missing term would look nearly the same, so the automatic choice is doubted, and a given one is not.
+    assert!(doubted(&found), "{:?}", found.warnings);
+    let found = disturbed::fit(&data, &[], disturbed::by(NoiseSource::Both));
+    assert!(!doubted(&found), "{:?}", found.warnings);
     for (equation, truth) in found.equations.iter().zip([0.02, 0.05]) {
         // As with all rows, to 15 %: twice that.
         let size = equation.disturbance.unwrap();

@@ -234,11 +234,7 @@ impl Normal {
                 self.defects += (defect / follow.sigma[i]).powi(2);
             }
         }
-        sums.flush();
-        if record.is_sparse() {
-            sums.hold(&record.spread);
-        }
-        let (start, by) = sums.eliminate(n, self)?;
+        let (start, by) = sums.eliminate(record, self)?;
         self.moves.push(ArcMoves {
             record: index,
             first,
@@ -344,7 +340,16 @@ impl Sums {
     }
 
     /// Eliminates the arc's start and adds the reduced equations to `out`.
-    fn eliminate(&self, n: usize, out: &mut Normal) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn eliminate(
+        &mut self,
+        record: &Record,
+        out: &mut Normal,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        self.flush();
+        if record.is_sparse() {
+            self.hold(&record.spread);
+        }
+        let n = record.spread.len();
         let p = self.columns - n;
         let t = &self.total;
         let a = t.view((0, 0), (n, n)).into_owned();

@@ -1,7 +1,8 @@
 //! A stretch of data with the nodes of its trajectory.
 
 use super::Piece;
-use crate::model::{Interpolation, hermite, spline_slopes};
+use crate::model::Interpolation;
+use crate::numerics::{hermite, spline_slopes};
 
 /// Samples from one node to the next, at most: defects are closed in steps of this length, and cost grows with their
 /// number.
