@@ -67,11 +67,11 @@ fn prop_rows_without_a_state_are_refused_where_every_row_needs_one() {
     let data = write(folder.path(), "sensors.csv", &table(keep));
     for more in ["--discrete", "--stream"] {
         let fit = format!("fit {{}} --states x,v --inputs u {more}");
-        let error = fails(1, &words(&fit, &[&data]));
-        assert!(error.contains("rows"), "{more}: {error}");
+        let error = fails(2, &words(&fit, &[&data]));
+        assert!(error.contains("at least 3"), "{more}: {error}");
     }
     // A state that was never measured.
     let data = write(folder.path(), "none.csv", &table(|column, _| column != 1));
-    let error = fails(1, &words("fit {} --states x,v --inputs u", &[&data]));
+    let error = fails(2, &words("fit {} --states x,v --inputs u", &[&data]));
     assert!(error.contains("values in column `v`"), "{error}");
 }

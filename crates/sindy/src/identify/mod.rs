@@ -181,7 +181,7 @@ impl Identify {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
         let mut found = self.with_run(data, |run| run.go(progress))?;
-        if !data.lacks_single_values() {
+        if !data.has_own_rates() {
             // As they were given, before rows were bridged.
             found.data = data.report();
         }

@@ -266,8 +266,13 @@ impl Dataset {
         self.trajectories.iter().any(|t| {
             let lacks = |row: usize| t.columns[..n].iter().filter(|c| c[row].is_nan()).count();
             (0..t.time.len()).any(|row| (1..n).contains(&lacks(row)))
-                || t.columns.iter().any(|c| Sampling::of(c).slow)
-        })
+        }) || self.has_own_rates()
+    }
+
+    /// Whether a column is measured in some rows only, far apart.
+    pub(crate) fn has_own_rates(&self) -> bool {
+        let mut columns = self.trajectories.iter().flat_map(|t| &t.columns);
+        columns.any(|c| Sampling::of(c).slow)
     }
 
     /// The states' names.
