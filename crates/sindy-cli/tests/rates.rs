@@ -75,3 +75,44 @@ fn prop_rows_without_a_state_are_refused_where_every_row_needs_one() {
     let error = fails(2, &words("fit {} --states x,v --inputs u", &[&data]));
     assert!(error.contains("values in column `v`"), "{error}");
 }
+
+#[test]
+fn analytic_a_table_with_empty_cells_judges_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let keep = |column: usize, row: usize| row % [2, 10, 4][column] == column % 2;
+    let data = write(folder.path(), "sensors.csv", &table(keep));
+    let (model, figure) = (folder.path().join("m.json"), folder.path().join("fit.svg"));
+    let fit = "fit {} --states x,v --inputs u --test {} --model {} --figure {}";
+    let found = json(0, &words(fit, &[&data, &data, &model, &figure]));
+    assert!(model.exists() && figure.exists());
+    let run = json(0, &words("simulate {} --data {}", &[&model, &data]));
+    // Slopes of interpolated values say nothing.
+    assert!(found["test"]["derivative"].is_null(), "{found}");
+    for runs in [&found["test"]["free_run"], &run["runs"]] {
+        let runs = runs.as_array().unwrap();
+        assert_eq!(runs.len(), 1, "{runs:?}");
+        for state in ["x", "v"] {
+            // Of states whose standard deviation is 0.3 and more, with noise of 1e-3 in the start and in what is compared.
+            let error = number(&runs[0]["rmse"][state]);
+            assert!(error < 0.01, "{runs:?}");
+        }
+    }
+}
+
+#[test]
+fn prop_a_state_of_few_values_and_past_states_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let few = table(|column, row| column != 1 || row % 900 == 0);
+    let data = write(folder.path(), "few.csv", &few);
+    let error = fails(2, &words("fit {} --states x,v --inputs u", &[&data]));
+    assert!(
+        error.contains("at least 10 values of `v`, found 3"),
+        "{error}"
+    );
+    let keep = |column: usize, row: usize| row % [2, 10, 1][column] == column % 2;
+    let data = write(folder.path(), "sensors.csv", &table(keep));
+    let past = words("fit {} --states x,v --inputs u --past x@1", &[&data]);
+    assert!(fails(2, &past).contains("at least 3 rows after each other"));
+    let both = "fit {} --states x,v --stable --library poly(1) --past x@1";
+    assert!(fails(2, &words(both, &[&data])).contains("--past"));
+}

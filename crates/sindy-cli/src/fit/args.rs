@@ -83,10 +83,10 @@ pub(crate) struct FitArgs {
     ///
     /// With candidates linear in the states all eigenvalues decay. With poly(2) the quadratic terms keep the energy |x|²/2, and there is
     /// a ball that every trajectory enters. A fit that is not stable moves to the nearest coefficients that are. A warning tells where
-    /// the data contradict it. Not with --conserve, --known, --sign, --second-order, --discrete or --stream.
+    /// the data contradict it. Not with --conserve, --known, --sign, --second-order, --discrete, --past or --stream.
     #[arg(
         long,
-        conflicts_with_all = ["stream", "conserve", "known", "sign", "second_order", "discrete"]
+        conflicts_with_all = ["stream", "conserve", "known", "sign", "second_order", "discrete", "past"]
     )]
     pub(crate) stable: bool,
     /// Find x'' = f(x, x', u): positions are measured, velocities are not

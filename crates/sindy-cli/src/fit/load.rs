@@ -32,6 +32,7 @@ impl Train {
             time: t.time.clone(),
             columns: t.columns.clone(),
             weights: None,
+            filled: false,
         })
         .collect()
     }
@@ -48,7 +49,7 @@ pub(super) fn train(terminal: &Terminal, args: &FitArgs) -> Result<Train> {
         inputs = names[args.states.len()..].to_vec();
     }
     let data = dataset(trajectories, &args.states, &inputs, &files)?;
-    if args.discrete || !data.lacks_single_values() {
+    if args.discrete || !delays.is_empty() || !data.lacks_single_values() {
         check_rows(&data, &files)?;
     }
     Ok(Train {

@@ -18,7 +18,7 @@ use sindy::identify::Progress;
 use sindy::{Identification, Identify};
 
 use crate::error::{Error, Result};
-use crate::trajectories::{FileReport, Trajectory, past, velocities};
+use crate::trajectories::{FileReport, Trajectory, past, rates, velocities};
 use crate::{drawing, output};
 use args::FitArgs;
 use load::Train;
@@ -73,8 +73,12 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
         Some(test) => {
             warnings.extend(test.warnings);
             let have = [&args.states[..], &args.inputs].concat();
-            let (seen, have) =
-                velocities::add(test.trajectories, args.states.len(), have, &positions)?;
+            let states = args.states.len();
+            let seen = match args.discrete || !args.past.is_empty() {
+                true => test.trajectories,
+                false => rates::filled(test.trajectories, states, &have, &mut warnings)?,
+            };
+            let (seen, have) = velocities::add(seen, states, have, &positions)?;
             let seen = past::select(seen, &have, &columns(&found.model))?;
             let seen = spikes::mended(seen, &found.model, outliers, &mut warnings);
             Some(score::of(&found.model, &seen, between, &mut warnings)?)
@@ -175,7 +179,10 @@ fn fit(
     }
     let mut trajectories = None;
     if args.figure.is_some() {
-        let (all, states) = (train.trajectories(), args.states.len());
+        let (mut all, states) = (train.trajectories(), args.states.len());
+        if !args.discrete && args.past.is_empty() {
+            all = rates::filled(all, states, &train.data.names(), &mut Vec::new())?;
+        }
         let (all, have) = velocities::add(all, states, train.data.names(), positions)?;
         trajectories = Some(past::select(all, &have, &columns(&found.model))?);
     }

@@ -113,8 +113,11 @@ fn smooth(
     let mut edge = 0;
     let methods: Vec<Differentiator> = (0..model.states().len())
         .map(|state| {
-            let signals: Vec<(&[f64], &[f64])> =
-                parts.iter().map(|p| (p.time, p.columns[state])).collect();
+            let signals: Vec<(&[f64], &[f64])> = parts
+                .iter()
+                .filter(|p| !p.filled)
+                .map(|p| (p.time, p.columns[state]))
+                .collect();
             match choose_savgol(&signals, &SavgolSearch::default()) {
                 Ok(choice) => {
                     edge = edge.max(choice.filter.window() / 2);
@@ -128,6 +131,9 @@ fn smooth(
     let smooth = parts
         .iter()
         .map(|part| {
+            if part.filled {
+                return None;
+            }
             let smooth = methods.iter().zip(&part.columns);
             let smooth = smooth.map(|(method, y)| method.apply(part.time, y));
             match smooth.collect::<std::result::Result<Vec<_>, _>>() {

@@ -17,7 +17,7 @@ pub(super) fn mended(
     if !wanted || model.time() != Time::Continuous {
         return trajectories;
     }
-    for trajectory in &mut trajectories {
+    for trajectory in trajectories.iter_mut().filter(|t| !t.filled) {
         let mut count = 0;
         for column in trajectory.columns.iter_mut().take(model.states().len()) {
             let mut from = 0;

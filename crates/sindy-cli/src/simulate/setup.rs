@@ -6,7 +6,7 @@ use sindy::model::{Inputs, Interpolation, Time};
 
 use super::args::{Between, SimulateArgs};
 use crate::error::{Error, Result};
-use crate::trajectories::{self, Trajectory, WantedColumns, past};
+use crate::trajectories::{self, Trajectory, WantedColumns, past, rates};
 
 /// Rows that a result may have.
 const MOST_ROWS: f64 = 1e8;
@@ -51,8 +51,13 @@ pub(crate) fn of(model: &Model, args: &SimulateArgs) -> Result<Setup> {
                 weights: None,
                 table: &args.table,
             };
-            let (trajectories, report) = trajectories::read(path, &wanted)?;
+            let (mut trajectories, report) = trajectories::read(path, &wanted)?;
             let mut warnings = report.warnings;
+            if model.time() == Time::Continuous && model.past().is_empty() {
+                let names = [model.states(), model.inputs()].concat();
+                let states = model.states().len();
+                trajectories = rates::filled(trajectories, states, &names, &mut warnings)?;
+            }
             let mut tasks = Vec::new();
             for trajectory in &trajectories {
                 for part in stretches(model, trajectory, &mut warnings)? {
@@ -81,6 +86,8 @@ pub(crate) struct Stretch<'t> {
     pub(crate) time: &'t [f64],
     /// States, then inputs.
     pub(crate) columns: Vec<&'t [f64]>,
+    /// As in [`Trajectory`].
+    pub(crate) filled: bool,
 }
 
 /// The parts of a trajectory between its gaps.
@@ -118,6 +125,7 @@ pub(crate) fn stretches<'t>(
             },
             time: &trajectory.time[range.clone()],
             columns: columns.iter().map(|c| &c[range.clone()]).collect(),
+            filled: trajectory.filled,
         };
         check_period(model, &part.name, part.time)?;
         parts.push(part);

@@ -1,6 +1,7 @@
 //! From tables to trajectories: which columns are what, which rows belong together, what is wrong with them.
 
 pub(crate) mod past;
+pub(crate) mod rates;
 mod read;
 pub(crate) mod velocities;
 
@@ -42,6 +43,8 @@ pub(crate) struct Trajectory {
     /// As wanted; NaN where a cell is empty.
     pub(crate) columns: Vec<Vec<f64>>,
     pub(crate) weights: Option<Vec<f64>>,
+    /// Whether values between the samples of a column were filled in: slopes of these say nothing.
+    pub(crate) filled: bool,
 }
 
 /// Counts of a file.

@@ -80,6 +80,7 @@ pub(crate) fn add(
             time,
             columns: all,
             weights,
+            filled: false,
         }
     });
     let back = back.collect();

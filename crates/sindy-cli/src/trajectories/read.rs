@@ -174,6 +174,7 @@ impl FileRows {
             },
             columns: self.columns.iter().map(pick).collect(),
             weights: self.weights.as_ref().map(pick),
+            filled: false,
         })
     }
 

@@ -19,16 +19,19 @@ pub(crate) fn add(
     }
     let refused = || Error::refused("--second-order");
     let mut data = Dataset::new(&names[..states], &names[states..]).map_err(refused())?;
+    let filled: Vec<bool> = trajectories.iter().map(|t| t.filled).collect();
     for t in trajectories {
         data.push(t.name, t.time, t.columns, t.weights)
             .map_err(refused())?;
     }
     let data = with_velocities(&data, positions).map_err(refused())?;
-    let all = data.trajectories().iter().map(|t| Trajectory {
+    let all = data.trajectories().iter().zip(filled);
+    let all = all.map(|(t, filled)| Trajectory {
         name: t.name.clone(),
         time: t.time.clone(),
         columns: t.columns.clone(),
         weights: t.weights.clone(),
+        filled,
     });
     Ok((all.collect(), data.names()))
 }

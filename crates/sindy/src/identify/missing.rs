@@ -44,15 +44,28 @@ pub(super) fn without_weight(data: &Dataset) -> Result<Option<(Dataset, String)>
     Ok((bridged > 0).then_some((out, warning)))
 }
 
-/// The data with likely values where rows lack some of the states, each of which is compared where it was measured, and a
-/// warning that says how many values there are of each; `None` where no row lacks some and not all states.
+/// Values of a state, at least: fewer give no noise and no slopes.
+const FEWEST: usize = 10;
+
+/// The data with likely values where a row lacks some of the states or an input, as identification fills them between samples: each
+/// column by its own rate, inputs by `between`. `None` where no values are missing one by one ([`Dataset::lacks_single_values`]).
+///
+/// # Errors
+/// A state of fewer than 10 values.
+pub fn aligned(data: &Dataset, between: Between) -> Result<Option<Dataset>, SindyError> {
+    Ok(by_state(data, between)?.map(|(aligned, _)| aligned))
+}
+
+/// The same, with warnings that say how many values there are of each state, and which inputs are hardly known between theirs. Each
+/// state is compared where it was measured.
 pub(super) fn by_state(
     data: &Dataset,
     between: Between,
-) -> Result<Option<(Dataset, String)>, SindyError> {
+) -> Result<Option<(Dataset, Vec<String>)>, SindyError> {
     if !data.lacks_single_values() {
         return Ok(None);
     }
+    let mut rough = vec![false; data.inputs().len()];
     let n = data.states().len();
     let mut out = Dataset::new(data.states(), data.inputs())?;
     let mut counts = vec![0; n];
@@ -62,8 +75,8 @@ pub(super) fn by_state(
         for (own, column) in sampling.iter().zip(&mut columns) {
             own.fill(&t.time, column)?;
         }
-        for column in &mut columns[n..] {
-            fill_input(t, column, between)?;
+        for (column, rough) in columns[n..].iter_mut().zip(&mut rough) {
+            *rough |= fill_input(t, column, between)?;
         }
         let weight = |row: usize| t.weights.as_ref().map_or(1.0, |w| w[row]);
         for (own, count) in sampling.iter_mut().zip(&mut counts) {
@@ -72,6 +85,12 @@ pub(super) fn by_state(
         }
         let all = (t.weights.clone(), sampling);
         out.push_sampled(t.name.clone(), t.time.clone(), columns, all)?;
+    }
+    for (name, count) in data.states().iter().zip(&counts) {
+        if *count < FEWEST {
+            let expected = format!("at least {FEWEST} values of `{name}`");
+            return Err(SindyError::setting("states", expected, count));
+        }
     }
     let counts: Vec<String> = data
         .states()
@@ -84,18 +103,31 @@ pub(super) fn by_state(
         data.report().rows,
         counts.join(", ")
     );
-    Ok(Some((out, warning)))
+    let unknown = data
+        .inputs()
+        .iter()
+        .zip(&rough)
+        .filter(|(_, rough)| **rough);
+    let unknown = unknown.map(|(name, _)| {
+        format!(
+            "samples of the input {name} do not show what it is between them: straight lines are taken. If it is held, \
+             `inputs_between = \"hold\"` in the settings says so; else its rate is too low for the model"
+        )
+    });
+    let warnings = std::iter::once(warning).chain(unknown).collect();
+    Ok(Some((out, warnings)))
 }
 
-/// Writes values into the rows that lack an input with a rate of its own, by what it is between its samples.
+/// Writes values into the rows that lack an input with a rate of its own, by what it is between its samples; whether these hardly show
+/// it.
 fn fill_input(
     trajectory: &Trajectory,
     column: &mut [f64],
     between: Between,
-) -> Result<(), SindyError> {
+) -> Result<bool, SindyError> {
     let sampling = Sampling::of(column);
     if !sampling.slow {
-        return Ok(());
+        return Ok(false);
     }
     let own = rows(&sampling.seen);
     let (time, values) = (pick(&trajectory.time, Some(&own)), pick(column, Some(&own)));
@@ -106,9 +138,11 @@ fn fill_input(
         weights: None,
         seen: Vec::new(),
     };
-    let how = inputs::choose(&[stretch], 0, between).between[0];
+    let choice = inputs::choose(&[stretch], 0, between);
+    let (how, rough) = (choice.between[0], choice.second.is_some());
     if how == Interpolation::Cubic {
-        return sampling.fill(&trajectory.time, column);
+        sampling.fill(&trajectory.time, column)?;
+        return Ok(rough);
     }
     for pair in own.windows(2) {
         let [a, b] = [pair[0], pair[1]];
@@ -121,5 +155,5 @@ fn fill_input(
             column[row] = column[a] + part * (column[b] - column[a]);
         }
     }
-    Ok(())
+    Ok(rough)
 }

@@ -72,6 +72,7 @@ mod tests;
 mod uneven;
 mod warnings;
 
+pub use missing::aligned;
 pub use result::{
     Candidate, Choice, DiffusionTerm, Equation, FrontPoint, Identification, Progress, ratio,
 };
@@ -144,10 +145,9 @@ impl Identify {
         let mut data = Cow::Borrowed(data);
         // In discrete time nothing may be bridged: the bridge would be the next sample.
         if !self.settings.discrete
-            && let Some((aligned, warning)) =
-                missing::by_state(&data, self.settings.inputs_between)?
+            && let Some((aligned, said)) = missing::by_state(&data, self.settings.inputs_between)?
         {
-            warnings.push(warning);
+            warnings.extend(said);
             data = Cow::Owned(aligned);
         } else if !self.settings.discrete
             && let Some((bridged, warning)) = missing::without_weight(&data)?

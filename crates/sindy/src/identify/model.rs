@@ -344,10 +344,15 @@ impl IdentificationRun<'_> {
         mut self,
         model: Model,
         equations: Vec<Equation>,
-        (choice, lost): (Choice, f64),
+        (mut choice, lost): (Choice, f64),
         ranked: &[RankedModel],
         outcome: Outcome,
     ) -> Identification {
+        if lost > 0.0 {
+            choice.reason.push_str(&format!(
+                "; its coefficients then moved to the nearest stable ones, which lose {lost:.1} of twice the log-likelihood"
+            ));
+        }
         let stability = self.stability(&model, lost);
         if self.stable.is_some() && stability.is_none() {
             self.warnings.push(

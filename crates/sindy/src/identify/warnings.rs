@@ -35,7 +35,7 @@ pub(super) fn of_data(
     let mut out = Vec::new();
     if report.stretches == report.trajectories && report.missing_rows > 0 {
         out.push(format!(
-            "{} rows with missing values at the ends of trajectories are left out",
+            "{} rows with missing values, before the first or after the last value of some column, are left out",
             report.missing_rows
         ));
     } else if report.missing_rows + report.holes + report.short_rows > 0 {

@@ -78,11 +78,18 @@ fn prop_a_stable_fit_is_left_to_the_last_digit() {
     let (free, stable) = (fit(&problem, 2.0, 1, false), fit(&problem, 2.0, 1, true));
     assert_eq!(free.model, stable.model);
     assert_eq!(stable.stability.unwrap().lost, 0.0);
+    assert!(!stable.choice.reason.contains("moved"));
 }
 
 #[test]
 fn analytic_an_unstable_truth_is_warned_of() {
     let found = fit(&oscillator(-0.2, 300), 1.0, 1, true);
+    assert!(
+        found
+            .choice
+            .reason
+            .contains("moved to the nearest stable ones")
+    );
     assert!(
         growth(&found.model) < 0.0 && contradicts(&found),
         "{:?}",
