@@ -21,7 +21,7 @@ pub(super) const SETTLED: f64 = 0.1;
 /// Change of a coefficient, in standard errors, below which the search is done: a tenth of what two printed digits of a
 /// standard error show. Half of it takes a step more.
 pub(super) const DONE: f64 = 0.01;
-/// Samples of every state in the first arcs, at least: a start is found from two, and coefficients from what is left.
+/// Samples of every state in the first arcs, at least: a start is found from two, and coefficients from the others.
 const SAMPLES_OF_AN_ARC: usize = 4;
 /// Weight of a defect against a residual when a step is judged: steps that close defects at the cost of residuals pass.
 const DEFECT: f64 = 10.0;
