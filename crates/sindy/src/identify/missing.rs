@@ -72,7 +72,9 @@ pub(super) fn by_state(
     for t in data.trajectories() {
         let mut columns = t.columns.clone();
         let mut sampling: Vec<Sampling> = columns[..n].iter().map(|c| Sampling::of(c)).collect();
-        for (own, column) in sampling.iter().zip(&mut columns) {
+        for (own, column) in sampling.iter_mut().zip(&mut columns) {
+            // A value without a time is no sample.
+            (0..t.time.len()).for_each(|row| own.seen[row] &= !t.time[row].is_nan());
             own.fill(&t.time, column)?;
         }
         for (column, rough) in columns[n..].iter_mut().zip(&mut rough) {

@@ -225,3 +225,19 @@ fn prop_columns_with_few_or_no_values_are_refused() {
         assert!(error.contains("at least 10 values of `y`"), "{error}");
     }
 }
+
+#[test]
+fn prop_a_row_without_a_time_loses_that_row_alone() {
+    let problem = problems::lotka_volterra();
+    let all = data_of(&problem, 2.0, 26);
+    let thin = thinned(&problem, &all, |i, r| r % [1, 20][i] == 0);
+    let t = &thin.trajectories()[0];
+    let mut time = t.time.clone();
+    time[2000] = f64::NAN;
+    let mut data = Dataset::new(&problem.states, &problem.inputs).unwrap();
+    data.push("run", time, t.columns.clone(), None).unwrap();
+    let aligned = aligned(&data, Between::Automatic).unwrap().unwrap();
+    let rows: usize = aligned.stretches().iter().map(|s| s.time.len()).sum();
+    // The row itself, and the 19 after the last sample of y.
+    assert_eq!(rows, 5000 - 1 - 19);
+}
