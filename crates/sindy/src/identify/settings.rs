@@ -155,9 +155,13 @@ pub struct Settings {
     /// Invariants that the equations keep exactly, as expressions of the states: `v^2/2 - cos(x)`. Not in discrete time, in a stream
     /// or in implicit equations, and not beside `known`, `signs` or `second_order`.
     pub conserve: Vec<String>,
+    /// Linear relations between coefficients, of one equation or of several, that hold exactly: `[x': y] = -[y': x]` (the coefficient
+    /// of y in the equation of x is minus that of x in the equation of y), `[x': x] + [y': y] = 0`. Not in discrete time, in a stream
+    /// or in implicit equations, and not beside `signs`.
+    pub constraints: Vec<String>,
     /// Whether all trajectories of the model must stay bounded. Candidates are linear in the states, and all eigenvalues decay; or of
     /// degree 2, and there is a [trapping region](crate::model::StabilityCertificate). Not in discrete time, in a stream or in implicit
-    /// equations, and not beside `known`, `signs`, `conserve` or `second_order`.
+    /// equations, and not beside `known`, `signs`, `conserve`, `constraints` or `second_order`.
     pub stable: bool,
     /// States whose equation is of second order and whose velocity is not measured: x gets a velocity `x_dot`, and `x_dot' =
     /// f(x, x_dot, u)` is looked for. The velocity is estimated with the model. Not in discrete time or in a stream.
@@ -207,6 +211,7 @@ impl Default for Settings {
             known: Vec::new(),
             signs: Vec::new(),
             conserve: Vec::new(),
+            constraints: Vec::new(),
             stable: false,
             second_order: Vec::new(),
             method: Method::default(),

@@ -113,7 +113,8 @@ fn condition_of(condition: &str, text: &str) -> Result<(Expr, Sign), SindyError>
     Ok((term, sign))
 }
 
-fn listed(library: &Library) -> String {
+/// The names of candidates, for messages.
+pub(super) fn listed(library: &Library) -> String {
     let names = library.names();
     let first = names.iter().take(LISTED).cloned().collect::<Vec<_>>();
     let more = names.len().saturating_sub(LISTED);

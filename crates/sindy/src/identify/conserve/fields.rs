@@ -44,21 +44,29 @@ pub(super) enum NoFields {
     Unclear,
 }
 
-/// Fields whose combinations are all those that keep the invariants, those of few terms first. There may be more than the dimension: a
-/// model that is one field of two equations is then not made of others that cancel each other in a third. `a` has a row for each
-/// point and invariant, and a column for each candidate; `equations` holds the candidates of each equation.
+/// Fields whose combinations are all those that keep the invariants and the relations, those of few terms first. There may be more than
+/// the dimension: a model that is one field of two equations is then not made of others that cancel each other in a third. `changes` has
+/// a row for each point and invariant, `relations` one for each relation, and both a column for each candidate; `equations` holds the
+/// candidates of each equation.
 pub(super) fn conserving(
-    a: &DMatrix<f64>,
+    changes: &DMatrix<f64>,
+    relations: &DMatrix<f64>,
     equations: &[Vec<usize>],
 ) -> Result<Vec<Field>, NoFields> {
-    let length: Vec<f64> = a.column_iter().map(|c| c.norm()).collect();
-    let mut unit = a.clone();
+    let candidates = changes.ncols();
+    let rows = changes.nrows() + relations.nrows();
+    // As many rows as columns at least: a decomposition has no more directions than rows.
+    let mut unit = DMatrix::zeros(rows.max(candidates), candidates);
+    unit.rows_mut(0, changes.nrows()).copy_from(changes);
+    unit.rows_mut(changes.nrows(), relations.nrows())
+        .copy_from(relations);
+    let length: Vec<f64> = unit.column_iter().map(|c| c.norm()).collect();
     for (mut column, length) in unit.column_iter_mut().zip(&length) {
         if *length > 0.0 {
             column /= *length;
         }
     }
-    let all: Vec<usize> = (0..a.ncols()).collect();
+    let all: Vec<usize> = (0..candidates).collect();
     let dimension = null_space(&unit, &all)?.nrows();
     if dimension == 0 {
         return Err(NoFields::Empty);
@@ -79,7 +87,7 @@ pub(super) fn conserving(
         let terms = |f: &Field| f.iter().map(|(j, _)| *j).collect::<Vec<_>>();
         pool.sort_by_key(|f| (f.len(), terms(f)));
         pool.dedup_by_key(|f| terms(f));
-        rank = independent(&pool, a.ncols()).len();
+        rank = independent(&pool, candidates).len();
         // Fields of pairs always: they are the simplest that keep one invariant.
         if every || (rank == dimension && size > 1) {
             break;
@@ -89,13 +97,13 @@ pub(super) fn conserving(
         return Err(NoFields::Unclear);
     }
     if pool.len() > MOST_FIELDS {
-        pool = independent(&pool, a.ncols());
+        pool = independent(&pool, candidates);
     }
     // In one equation alone an invariant that depends on its state is kept by nothing: candidates that depend on each other.
     let is_zero = |f: &Field| {
         let own = equations.iter().find(|own| own.contains(&f[0].0));
         let alone = own.is_some_and(|own| f.iter().all(|(j, _)| own.contains(j)));
-        alone && f.iter().all(|(j, _)| length[*j] > 0.0)
+        alone && f.iter().all(|(j, _)| changes.column(*j).amax() > 0.0)
     };
     pool.retain(|f| !is_zero(f));
     match pool.is_empty() {
@@ -136,6 +144,9 @@ fn null_space(unit: &DMatrix<f64>, columns: &[usize]) -> Result<DMatrix<f64>, No
 /// Circuits among these columns, for columns of unit length: rows of the null space, reduced with pivots in several orders. Each row
 /// lacks the pivots of all others.
 fn circuits(unit: &DMatrix<f64>, columns: &[usize]) -> Result<Vec<Field>, NoFields> {
+    if columns.is_empty() {
+        return Ok(Vec::new());
+    }
     let space = null_space(unit, columns)?;
     if space.nrows() == 0 {
         return Ok(Vec::new());

@@ -1,12 +1,13 @@
-//! Invariants that the equations keep exactly.
+//! Invariants that the equations keep exactly, and linear relations between coefficients.
 //!
-//! An invariant E(x) is linear in the coefficients ([`fields`]), so models that keep it are combinations of fields, each of
+//! Both are linear in the coefficients ([`fields`], [`relations`]), so models that keep them are combinations of fields, each of
 //! terms in several equations with fixed ratios. Fields take the place of candidate terms: statistics of all equations are
 //! joined ([`joined`]), searches choose among fields, and the model that they find is written in terms again ([`terms`]).
 
 pub(super) mod fields;
 mod invariants;
 mod joined;
+mod relations;
 mod report;
 mod terms;
 #[cfg(test)]
@@ -16,6 +17,7 @@ use nalgebra::{DMatrix, DVector};
 
 use fields::{Field, NoFields};
 use invariants::{Invariant, refused};
+use relations::Relation;
 
 use super::known::left_side;
 use super::settings::Settings;
@@ -27,12 +29,13 @@ use crate::trajectory::output_error::System;
 /// Candidate terms of all equations, at most: the time grows as the cube of their number.
 const MOST_CANDIDATES: usize = 400;
 
-/// What an identification under invariants looks for.
+/// What an identification under invariants and relations looks for.
 #[derive(Clone, Debug)]
 pub(super) struct Conserved {
-    /// None where the quadratic part keeps the energy alone.
     pub invariants: Vec<Invariant>,
-    /// The fields whose combinations keep all invariants.
+    /// Neither invariants nor relations where the quadratic part keeps the energy.
+    pub relations: Vec<Relation>,
+    /// The fields whose combinations keep all of them.
     pub fields: Vec<Field>,
     /// Candidate terms of all equations.
     pub candidates: usize,
@@ -42,30 +45,34 @@ pub(super) struct Conserved {
     pub free: System,
 }
 
-/// Refuses settings that do not go together with invariants.
+/// Refuses settings that do not go together with invariants or relations.
 pub(super) fn check(settings: &Settings) -> Result<(), SindyError> {
-    if settings.conserve.is_empty() {
-        return Ok(());
-    }
-    let with = |expected: &str, found: &str| Err(refused(expected, found));
-    if settings.discrete {
-        return with("none in discrete time", &settings.conserve.join(", "));
-    }
-    for (name, given) in [
-        ("second_order", &settings.second_order),
-        ("known", &settings.known),
-        ("signs", &settings.signs),
-    ] {
-        if !given.is_empty() {
-            let expected = format!("none beside `{name}`");
-            return with(&expected, &settings.conserve.join(", "));
+    let beside = |key, own: &[String], others: &[(&str, &[String])]| {
+        let given = others.iter().find(|(_, texts)| !texts.is_empty());
+        match (own.is_empty(), settings.discrete, given) {
+            (true, ..) | (_, false, None) => Ok(()),
+            (_, true, _) => {
+                let expected = "none in discrete time";
+                Err(SindyError::setting(key, expected, own.join(", ")))
+            }
+            (.., Some((name, _))) => {
+                let expected = format!("none beside `{name}`");
+                Err(SindyError::setting(key, expected, own.join(", ")))
+            }
         }
-    }
-    Ok(())
+    };
+    let signs = ("signs", settings.signs.as_slice());
+    let others = [
+        ("second_order", settings.second_order.as_slice()),
+        ("known", &settings.known),
+        signs,
+    ];
+    beside(invariants::KEY, &settings.conserve, &others)?;
+    beside(relations::KEY, &settings.constraints, &[signs])
 }
 
-/// What is looked for among the candidates of `libraries` under the invariants that the settings give, and the system of its fields;
-/// `None` where they give none, and the system of single candidates as it is.
+/// What is looked for among the candidates of `libraries` under the invariants and relations that the settings give, and the system of
+/// its fields; `None` where they give none, and the system of single candidates as it is.
 pub(super) fn of(
     settings: &Settings,
     data: &Dataset,
@@ -73,40 +80,56 @@ pub(super) fn of(
     stretches: &[Stretch<'_>],
     free: System,
 ) -> Result<(System, Option<Conserved>), SindyError> {
-    if settings.conserve.is_empty() {
+    if settings.conserve.is_empty() && settings.constraints.is_empty() {
         return Ok((free, None));
     }
     let states = data.states();
     let invariants = invariants::of(&settings.conserve, states)?;
+    let relations = relations::of(&settings.constraints, states, libraries)?;
+    let key = match invariants.is_empty() {
+        true => relations::KEY,
+        false => invariants::KEY,
+    };
     let candidates: usize = libraries.iter().map(Library::len).sum();
-    if candidates > MOST_CANDIDATES {
-        let expected = format!("at most {MOST_CANDIDATES} candidate terms of all equations");
-        return Err(refused(&expected, &candidates.to_string()));
-    }
+    few_enough(key, candidates)?;
     let ranges = invariants::ranges(stretches, data.names().len());
-    let changes = invariants::changes(&invariants, libraries, data, &ranges)?;
-    let fields = fields::conserving(&changes, &equations(libraries)).map_err(|fault| match fault {
-        NoFields::Empty => refused(
-            &format!(
-                "candidate terms of which a combination keeps it. Terms of {} are needed, or these times one factor for all \
-                 equations",
-                needed(&invariants, states)
-            ),
+    let changes = match invariants.is_empty() {
+        true => DMatrix::zeros(0, candidates),
+        false => invariants::changes(&invariants, libraries, data, &ranges)?,
+    };
+    let rows = relations::rows(&relations, candidates);
+    let fields = fields::conserving(&changes, &rows, &equations(libraries));
+    let fields = fields.map_err(|fault| match fault {
+        NoFields::Empty if invariants.is_empty() => SindyError::setting(
+            relations::KEY,
+            "a model that keeps all of them",
             "none but zero",
         ),
-        NoFields::Unclear => refused(
+        NoFields::Empty => refused(&combination(&invariants, states), "none but zero"),
+        NoFields::Unclear => SindyError::setting(
+            key,
             "candidate terms that differ by more than rounding in the range of the data",
             "terms that depend on each other: use fewer terms, or data nearer to zero",
         ),
     })?;
     let conserved = Conserved {
         invariants,
+        relations,
         fields,
         candidates,
         changes,
         free,
     };
     Ok((conserved.free.joined(&conserved.fields), Some(conserved)))
+}
+
+/// Refuses more candidates of all equations than can be joined.
+fn few_enough(key: &'static str, candidates: usize) -> Result<(), SindyError> {
+    let expected = format!("at most {MOST_CANDIDATES} candidate terms of all equations");
+    match candidates > MOST_CANDIDATES {
+        true => Err(SindyError::setting(key, expected, candidates.to_string())),
+        false => Ok(()),
+    }
 }
 
 /// What is looked for among models whose quadratic part keeps the energy `|x|²/2`, and the system of its fields. `changes` holds how each
@@ -117,12 +140,9 @@ pub(super) fn of_energy(
     free: System,
 ) -> Result<(System, Option<Conserved>), SindyError> {
     let candidates = changes.ncols();
-    if candidates > MOST_CANDIDATES {
-        let expected = format!("at most {MOST_CANDIDATES} candidate terms of all equations");
-        let found = candidates.to_string();
-        return Err(SindyError::setting("stable", &expected, &found));
-    }
-    let fields = fields::conserving(&changes, &equations(libraries)).map_err(|_| {
+    few_enough("stable", candidates)?;
+    let none = DMatrix::zeros(0, candidates);
+    let fields = fields::conserving(&changes, &none, &equations(libraries)).map_err(|_| {
         SindyError::setting(
             "stable",
             "candidate terms that differ by more than rounding",
@@ -131,6 +151,7 @@ pub(super) fn of_energy(
     })?;
     let conserved = Conserved {
         invariants: Vec::new(),
+        relations: Vec::new(),
         fields,
         candidates,
         changes,
@@ -149,8 +170,9 @@ fn equations(libraries: &[Library]) -> Vec<Vec<usize>> {
     own.collect()
 }
 
-/// The terms that a field of two equations is made of: `∂E/∂y` in x' for each other state y.
-fn needed(invariants: &[Invariant], states: &[String]) -> String {
+/// What candidates must have where no field keeps the invariants: those that a field of two equations is made of, `∂E/∂y` in x' for each
+/// other state y.
+fn combination(invariants: &[Invariant], states: &[String]) -> String {
     let of = |i: usize| {
         let others = invariants.iter().flat_map(|e| {
             let slopes = e.gradient.iter().enumerate();
@@ -162,5 +184,12 @@ fn needed(invariants: &[Invariant], states: &[String]) -> String {
             .then(|| format!("{} in {}", texts.join(", "), left_side(&states[i], false)))
     };
     let all: Vec<String> = (0..states.len()).filter_map(of).collect();
-    all.join(" and ")
+    let combination = "candidate terms of which a combination keeps it";
+    match all.is_empty() {
+        true => combination.to_owned(),
+        false => format!(
+            "{combination}. Terms of {} are needed, or these times one factor for all equations",
+            all.join(" and ")
+        ),
+    }
 }

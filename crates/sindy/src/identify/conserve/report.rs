@@ -1,4 +1,4 @@
-//! Results under invariants: equations, and warnings where the data contradict an invariant.
+//! Results under invariants and relations: equations, and warnings where the data contradict one.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -53,9 +53,9 @@ impl Conserved {
         }
     }
 
-    /// A warning for each invariant that a likelier model does not keep.
+    /// A warning for each invariant and each relation that a likelier model does not keep.
     fn contradicted(&self, free: &[f64]) -> Vec<String> {
-        if self.invariants.is_empty() {
+        if self.invariants.is_empty() && self.relations.is_empty() {
             return vec![
                 "the data contradict that the quadratic terms keep the energy |x|²/2: a model without this condition is more than 20 times as \
                  likely. Check the units of the states, the data, and what the library lacks"
@@ -63,16 +63,23 @@ impl Conserved {
             ];
         }
         let shares = self.invariants.iter().zip(self.shares(free));
-        shares
-            .map(|(invariant, share)| {
-                format!(
-                    "the data contradict that `{}` is conserved: without invariants the model is more than 20 times as likely, and \
-                     changes it by {:.2} % of what its terms exchange. Check the invariant, the data, and what the library lacks",
-                    invariant.text,
-                    100.0 * share
-                )
-            })
-            .collect()
+        let invariants = shares.map(|(invariant, share)| {
+            format!(
+                "the data contradict that `{}` is conserved: without invariants the model is more than 20 times as likely, and changes \
+                 it by {:.2} % of what its terms exchange. Check the invariant, the data, and what the library lacks",
+                invariant.text,
+                100.0 * share
+            )
+        });
+        let relations = self.relations.iter().map(|relation| {
+            format!(
+                "the data contradict `{}`: without constraints the model is more than 20 times as likely, and its coefficients are off \
+                 by {:.2} % of the largest of them. Check the constraint, the data, and what the library lacks",
+                relation.text,
+                100.0 * relation.broken_by(free)
+            )
+        });
+        invariants.chain(relations).collect()
     }
 }
 
@@ -183,7 +190,9 @@ impl IdentificationRun<'_> {
                 diffusion: Vec::new(),
                 front: shown.into_iter().map(point).collect(),
                 unit: UNIT,
-                intervals: intervals(&coefficients[own.clone()], &evidence[own.clone()]),
+                intervals: self.libraries[i]
+                    .1
+                    .before(intervals(&coefficients[own.clone()], &evidence[own])),
             });
         }
         Ok((coefficients, evidence, equations))

@@ -69,13 +69,15 @@ impl IdentifyImplicit {
             expected,
             found,
         )?;
-        let expected = "none (implicit equations)";
-        let found = settings.signs.join(", ");
-        require(settings.signs.is_empty(), "signs", expected, found)?;
-        let found = settings.conserve.join(", ");
-        require(settings.conserve.is_empty(), "conserve", expected, found)?;
-        let found = settings.diffusion.join(", ");
-        require(settings.diffusion.is_empty(), "diffusion", expected, found)?;
+        for (key, texts) in [
+            ("signs", &settings.signs),
+            ("conserve", &settings.conserve),
+            ("constraints", &settings.constraints),
+            ("diffusion", &settings.diffusion),
+        ] {
+            let expected = "none (implicit equations)";
+            require(texts.is_empty(), key, expected, texts.join(", "))?;
+        }
         let expected = "false (implicit equations)";
         require(!settings.stable, "stable", expected, true)?;
         Ok(Self { settings, ..self })

@@ -48,6 +48,7 @@ pub(super) fn check(settings: &Settings) -> Result<(), SindyError> {
     }
     for (name, given) in [
         ("conserve", &settings.conserve),
+        ("constraints", &settings.constraints),
         ("second_order", &settings.second_order),
         ("known", &settings.known),
         ("signs", &settings.signs),

@@ -167,6 +167,7 @@ impl Identify {
             ("second_order", &self.settings.second_order),
             ("signs", &self.settings.signs),
             ("conserve", &self.settings.conserve),
+            ("constraints", &self.settings.constraints),
         ] {
             let expected = "none in a stream";
             require(texts.is_empty(), key, expected, texts.join(", "))?;

@@ -1,2 +1,3 @@
 mod fields;
 mod fits;
+mod relations;
