@@ -23,6 +23,7 @@ from ._weak import WeakForm
 from ._written import Written
 
 Method = Literal["automatic", "output_error", "regression"]
+Noise = Literal["automatic", "measurement", "process", "both"]
 Self = TypeVar("Self", bound="SINDy")
 
 
@@ -61,10 +62,21 @@ class SINDy(Estimator, Written):
         Invariants that the equations keep exactly, as for ``sindy fit --conserve``: expressions of the states such as ``v^2/2 -
         cos(x)``. A warning tells where the data contradict them. Of the automatic call only, in continuous time, and not beside
         ``known`` or ``signs``.
+    constraints : sequence of str, optional
+        Linear relations between coefficients that hold exactly, as for ``sindy fit --constraint``: with ``[x': y] = -[y': x]`` the
+        coefficient of y in the equation of x is minus that of x in the equation of y. A warning tells where the data contradict
+        them. Of the automatic call only, in continuous time, and not beside ``signs``.
+    stable : bool
+        Whether all trajectories of the model must stay bounded, as for ``sindy fit --stable``. The library is linear in the states,
+        or of degree 2 in them. Of the automatic call only, in continuous time, and not beside what is known or kept.
+    noise : {"automatic", "measurement", "process", "both"}
+        Where noise comes from, as for ``sindy fit --noise``: the measurement, disturbances of the system, or both. Of the automatic
+        call only.
+    diffusion : sequence of str, optional
+        Candidate terms of the squared diffusion of each state, as for ``sindy fit --diffusion``, beside ``noise="process"`` or
+        ``noise="both"``. Of the automatic call only.
     settings : dict, optional
-        Further settings of the automatic call: those of ``sindy settings``, section ``identify``, such as ``{"noise": "both"}`` for a
-        system that is disturbed, or ``{"noise": "process", "diffusion": ["poly(2)"]}`` where the variance of disturbances depends
-        on the state.
+        Further settings of the automatic call: those of ``sindy settings``, section ``identify``, such as ``{"penalty": 2.0}``.
     n_jobs : int, optional
         Threads; as many as processors without a number. Results do not depend on it, to the bit.
 
@@ -119,6 +131,10 @@ class SINDy(Estimator, Written):
         known: Sequence[str] | None = None,
         signs: Sequence[str] | None = None,
         conserve: Sequence[str] | None = None,
+        constraints: Sequence[str] | None = None,
+        stable: bool = False,
+        noise: Noise = "automatic",
+        diffusion: Sequence[str] | None = None,
         settings: dict[str, Any] | None = None,
         n_jobs: int | None = None,
     ) -> None:
@@ -132,6 +148,10 @@ class SINDy(Estimator, Written):
         self.known = known
         self.signs = signs
         self.conserve = conserve
+        self.constraints = constraints
+        self.stable = stable
+        self.noise = noise
+        self.diffusion = diffusion
         self.settings = settings
         self.n_jobs = n_jobs
 

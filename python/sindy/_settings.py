@@ -16,7 +16,16 @@ if TYPE_CHECKING:
     from ._model import SINDy
 
 # Parameters that are lists of texts, with what an entry looks like. Settings of the same name add to them.
-TEXTS = {"known": "x' = v", "signs": "v': v < 0", "conserve": "v^2/2 - cos(x)"}
+TEXTS = {
+    "known": "x' = v",
+    "signs": "v': v < 0",
+    "conserve": "v^2/2 - cos(x)",
+    "constraints": "[x': y] = -[y': x]",
+    "diffusion": "poly(2)",
+}
+
+# Parameters of the automatic call with their defaults, which leave the settings of the same name as they are.
+SCALARS: dict[str, bool | str] = {"stable": False, "noise": "automatic"}
 
 
 def _texts(model: SINDy, name: str) -> list[str]:
@@ -29,6 +38,14 @@ def _texts(model: SINDy, name: str) -> list[str]:
             raise fault(name, f'a list of texts such as "{TEXTS[name]}", or none', repr(given))
         out += map(str, given)
     return out
+
+
+def _changed(model: SINDy) -> dict[str, Any]:
+    """Those of `SCALARS` that are not the default, parameters before settings."""
+    own = {name: type(default)(getattr(model, name)) for name, default in SCALARS.items()}
+    given = {name: value for name, value in (model.settings or {}).items() if name in SCALARS}
+    given |= {name: value for name, value in own.items() if value != SCALARS[name]}
+    return {name: value for name, value in given.items() if value != SCALARS[name]}
 
 
 def check(model: SINDy, other: str | None = None) -> None:
@@ -56,9 +73,17 @@ def check(model: SINDy, other: str | None = None) -> None:
         given = _texts(model, name)
         if given and other is not None:
             raise fault(name, f"none with {other}: only the automatic call in memory heeds them", ", ".join(given))
+    if not isinstance(model.stable, (bool, np.bool_)):
+        raise fault("stable", "True or False", repr(model.stable))
+    if not isinstance(model.noise, str):
+        raise fault("noise", "a text such as `process`", repr(model.noise))
+    for name, value in _changed(model).items():
+        if other is not None:
+            expected = f"{SCALARS[name]} with {other}: only the automatic call in memory heeds it"
+            raise fault(name, expected, repr(value))
 
 
 def automatic(model: SINDy) -> dict[str, Any]:
     """The settings of the automatic call."""
     out = {**(model.settings or {}), **{name: _texts(model, name) for name in TEXTS}}
-    return out | {"discrete": bool(model.discrete), "method": model.method, "smoothing": model.smoothing}
+    return out | _changed(model) | {"discrete": bool(model.discrete), "method": model.method, "smoothing": model.smoothing}

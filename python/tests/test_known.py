@@ -1,4 +1,4 @@
-"""Known parts of equations, signs of coefficients and invariants: `SINDy(known=, signs=, conserve=)`."""
+"""What a user knows of a system: `SINDy(known=, signs=, conserve=, constraints=, stable=, noise=, diffusion=)`."""
 
 from __future__ import annotations
 
@@ -118,6 +118,45 @@ def test_analytic_an_invariant_is_kept_and_friction_contradicts_it() -> None:
         model(settings={"conserve": ["x^2 + v^2"]}).fit(x, t)
 
 
+def test_analytic_a_relation_is_kept_and_a_false_one_is_warned_of() -> None:
+    t, x = swing(0.0, 500, 0.01)
+    kept = model(constraints=["[x': v] = -[v': x]"]).fit(x, t)
+    (position, error), = row(kept, "x").values()
+    (velocity, _), = row(kept, "v").values()
+    # The ratio to rounding, the frequency within five standard errors.
+    assert abs(position + velocity) < 1e-14 and abs(position - 1.0) < 5.0 * error < 0.01
+    assert not any("contradict" in warning for warning in kept.warnings_)
+    with pytest.warns(sindy.SindyWarning, match="contradict `\\[x': v\\] = \\[v': x\\]`"):
+        model(settings={"constraints": ["[x': v] = [v': x]"]}).fit(x, t)
+
+
+def test_analytic_a_stable_model_decays_where_noise_hides_the_damping() -> None:
+    # A damping of 0.002 over 6 s, with a standard error above that: without the condition it comes out negative or is left out.
+    t, x = swing(0.002, 120, 0.05, 3)
+    found = sindy.SINDy("poly(1)", states=STATES, stable=True).fit(x, t)
+    linear = np.array([[row(found, i).get(j, (0.0, 0.0))[0] for j in STATES] for i in STATES])
+    assert np.linalg.eigvals(linear).real.max() < 0.0
+    same = sindy.SINDy("poly(1)", states=STATES, settings={"stable": True}).fit(x, t)
+    assert np.array_equal(same.coef_, found.coef_)
+
+
+def test_analytic_a_diffusion_that_grows_with_the_state_is_found() -> None:
+    # dx = -x dt + sqrt(0.1 + 0.4 x^2) dW by Euler and Maruyama, ten steps between rows.
+    step, rng, x = 0.001, np.random.default_rng(5), 0.5
+    rows = []
+    for k in range(60_000):
+        if k % 10 == 0:
+            rows.append(x)
+        x += -x * step + np.sqrt((0.1 + 0.4 * x * x) * step) * rng.standard_normal()
+    data = np.array(rows)[:, None], 0.01 * np.arange(len(rows))
+    found = sindy.SINDy("poly(3)", states=["x"], noise="process", diffusion=["poly(2)"]).fit(*data)
+    terms = {term["term"]: term["coefficient"] for term in found.equations_[0]["diffusion"]}
+    # 6000 squared innovations: standard errors of some 3 % and 10 %.
+    assert terms.keys() == {"1", "x^2"} and abs(terms["1"] - 0.1) < 0.02 and abs(terms["x^2"] - 0.4) < 0.15
+    same = sindy.SINDy("poly(3)", states=["x"], settings={"noise": "process", "diffusion": ["poly(2)"]}).fit(*data)
+    assert np.array_equal(same.coef_, found.coef_)
+
+
 def test_prop_they_are_parameters_like_all_others() -> None:
     given = {"known": KNOWN, "signs": ("v': v < 0", "v': x<=0")}
     one = model(**given)
@@ -170,6 +209,15 @@ def test_prop_they_are_parameters_like_all_others() -> None:
         ({"conserve": ["v^2/2 - cos(x)"]}, "conserve", "`sin(x)` in v' are needed"),
         ({"conserve": ["x^2"], "settings": {"signs": ["v': v > 0"]}}, "conserve", "none beside `signs`"),
         ({"conserve": ["x^2"], "discrete": True}, "conserve", "none in discrete time"),
+        ({"constraints": "[x': v] = 0"}, "constraints", "a list of texts"),
+        ({"constraints": ["[x': v] = 1"]}, "constraints", "without a constant"),
+        ({"constraints": ["[x': v] = 0"], "signs": ["v': v < 0"]}, "constraints", "none beside `signs`"),
+        ({"stable": 1}, "stable", "True or False"),
+        ({"stable": True, "known": KNOWN}, "stable", "false beside `known`"),
+        ({"stable": True}, "stable", "degree 1 or 2"),
+        ({"noise": 1}, "noise", "a text"),
+        ({"diffusion": "poly(2)", "noise": "process"}, "diffusion", "a list of texts"),
+        ({"diffusion": ["poly(2)"]}, "diffusion", "none unless `noise` is"),
     ],
 )  # fmt: skip
 def test_prop_bad_ones_are_one_error_that_says_what_was_expected(
@@ -183,7 +231,10 @@ def test_prop_bad_ones_are_one_error_that_says_what_was_expected(
     assert f"`{key}`" in str(error) and "\n" not in str(error) and isinstance(error, ValueError)
 
 
-@pytest.mark.parametrize(("key", "given"), [("known", KNOWN), ("signs", ["v': v < 0"]), ("conserve", ["x^2"])])
+TEXTS = [("known", KNOWN), ("signs", ["v': v < 0"]), ("conserve", ["x^2"]), ("constraints", ["[x': v] = 0"])]
+
+
+@pytest.mark.parametrize(("key", "given"), [*TEXTS, ("diffusion", ["poly(2)"])])
 def test_prop_fits_that_would_ignore_them_refuse(key: str, given: list[str]) -> None:
     t, x = swing(0.2, 100)
     with ThreadPoolExecutor(1) as executor:
@@ -200,3 +251,12 @@ def test_prop_fits_that_would_ignore_them_refuse(key: str, given: list[str]) -> 
         for way in ("`x_dot`", "partial sums"):
             with pytest.raises(sindy.SindyError, match=f"`{key}`: expected none with {way}"):
                 ways[way](model(settings={key: given}))
+
+
+@pytest.mark.parametrize(("key", "given"), [("stable", True), ("noise", "process")])
+def test_prop_fits_that_would_ignore_a_choice_refuse(key: str, given: bool | str) -> None:
+    t, x = swing(0.2, 100)
+    for options in ({key: given}, {"settings": {key: given}}):
+        with pytest.raises(sindy.SindyError, match=f"`{key}`: expected .* with `x_dot`") as caught:
+            model(**options).fit(x, x_dot=x)
+        assert caught.value.key == key and caught.value.found == repr(given)

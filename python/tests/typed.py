@@ -14,6 +14,8 @@ def main() -> None:
     model = sindy.SINDy("poly(1)", sindy.STLSQ(threshold=0.1), states=["x", "y"]).fit(x, t)
     known = sindy.SINDy("poly(1)", states=("x", "y"), known=["x' = y"], signs=("y': x < 0",)).fit(x, t)
     kept = sindy.SINDy("poly(1)", states=("x", "y"), conserve=["x^2 + y^2"]).fit(x, t)
+    bound = sindy.SINDy("poly(2)", states=("x", "y"), stable=True).fit(0.9 * x, t)
+    related = sindy.SINDy("poly(1)", states=("x", "y"), constraints=("[x': y] = -[y': x]",), noise="measurement").fit(x, t)
     coefficients: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = model.coef_
     slopes: sindy.Smoothed = sindy.differentiate(x, t, sindy.KalmanSmoother("constant_velocity"))
     weak: sindy.WeakSystem = sindy.WeakForm(half_width=0.5).system("poly(1)", x, t)
@@ -23,6 +25,7 @@ def main() -> None:
     lines: list[str] = model.equations(precision=2)
     score: float = model.score(x, t)
     print(coefficients.shape, run.finished, lines, score, known.equations(), kept.equations())
+    print(bound.equations(), related.equations())
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ mod common;
 
 mod bad_input;
 mod conserve;
+mod constraint;
 mod diffusion;
 mod explicit_time;
 mod fit;

@@ -79,14 +79,26 @@ pub(crate) struct FitArgs {
         conflicts_with_all = ["stream", "known", "sign", "second_order", "discrete"]
     )]
     pub(crate) conserve: Vec<String>,
+    /// Linear relation between coefficients that holds exactly, such as `[x': y] = -[y': x]`; repeatable
+    ///
+    /// `[x': y]` is the coefficient of the term y in the equation of x. `[x': x] + [y': y] = 0` is a sum, `[x'': y] = [y'': x]` is for
+    /// states of second order. A relation has no constant: a coefficient that is known belongs to --known. A warning tells where the
+    /// data contradict the relations. Not with --sign, --discrete or --stream.
+    #[arg(
+        long,
+        value_name = "RELATION",
+        conflicts_with_all = ["stream", "sign", "discrete"]
+    )]
+    pub(crate) constraint: Vec<String>,
     /// Find a model whose trajectories all stay bounded
     ///
     /// With candidates linear in the states all eigenvalues decay. With poly(2) the quadratic terms keep the energy |x|²/2, and there is
     /// a ball that every trajectory enters. A fit that is not stable moves to the nearest coefficients that are. A warning tells where
-    /// the data contradict it. Not with --conserve, --known, --sign, --second-order, --discrete, --past or --stream.
+    /// the data contradict it. Without --library candidates are poly(2) of the states, and inputs. Not with --conserve, --constraint,
+    /// --known, --sign, --second-order, --discrete, --past or --stream.
     #[arg(
         long,
-        conflicts_with_all = ["stream", "conserve", "known", "sign", "second_order", "discrete", "past"]
+        conflicts_with_all = ["stream", "conserve", "constraint", "known", "sign", "second_order", "discrete", "past"]
     )]
     pub(crate) stable: bool,
     /// Find x'' = f(x, x', u): positions are measured, velocities are not
@@ -187,6 +199,7 @@ Examples:
   sindy fit cart.csv --states x,v --inputs u --known \"x' = v\"
   sindy fit swing.csv --states q --second-order --sign \"q'': q_dot < 0\"
   sindy fit swing.csv --states x,v --library 'poly(2) + sin(x)' --conserve 'v^2/2 - cos(x)'
+  sindy fit coupled.csv --states x,y --second-order --library 'poly(3)' --constraint \"[x'': y] = [y'': x]\"
   sindy fit gusts.csv --states x,v --noise both
   sindy fit prices.csv --states x --noise process --diffusion 'poly(2)'
   sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'

@@ -50,6 +50,10 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
         .extend(args.conserve.iter().cloned());
     settings
         .identify
+        .constraints
+        .extend(args.constraint.iter().cloned());
+    settings
+        .identify
         .diffusion
         .extend(args.diffusion.iter().cloned());
     if let Some(noise) = args.noise {

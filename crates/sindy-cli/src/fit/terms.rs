@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 /// The library without any argument.
 pub(super) const DEFAULT: &str = "poly(3)";
 
-/// The libraries of the fit: arguments before settings, cubic polynomials without either.
+/// The libraries of the fit: arguments before settings, polynomials without either, cubic or those of a bounded model.
 pub(super) fn libraries(
     args: &FitArgs,
     inputs: &[String],
@@ -33,10 +33,27 @@ pub(super) fn libraries(
     let (libraries, why) = match (texts.is_empty(), &settings.library) {
         (false, _) => (&Libraries::shared(texts), "--library"),
         (true, Some(libraries)) => (libraries, "library in the settings"),
+        (true, None) if settings.identify.stable => {
+            (&Libraries::shared([quadratic(&states, inputs)]), "--stable")
+        }
         (true, None) => (&Libraries::shared([DEFAULT]), DEFAULT),
     };
     let built = libraries.build(&states, inputs);
     built.map_err(Error::refused(why))
+}
+
+/// The default of a model that is bounded: degree 2 in the states, and inputs alone.
+fn quadratic(states: &[String], inputs: &[String]) -> String {
+    let quoted = |names: &[String]| {
+        let all = names
+            .iter()
+            .map(|n| format!("\"{}\"", n.replace('"', "\"\"")));
+        all.collect::<Vec<_>>().join(", ")
+    };
+    match inputs {
+        [] => "poly(2)".to_owned(),
+        _ => format!("poly(2, {}) + poly(1, {})", quoted(states), quoted(inputs)),
+    }
 }
 
 /// Candidate terms in a file, one on each line: an expression, or a library such as `poly(2)`. `#` begins a comment.

@@ -3,7 +3,7 @@
 use super::evidence::TermEvidence;
 use super::run::IdentificationRun;
 use super::{DiffusionTerm, NoiseSource, Settings};
-use crate::data::dataset::Dataset;
+use crate::data::dataset::{Dataset, Stretch, is_constant};
 use crate::error::{SindyError, require};
 use crate::library::Library;
 use crate::trajectory::output_error::{OutputErrorFit, System};
@@ -35,9 +35,21 @@ pub(super) fn check(settings: &Settings) -> Result<(), SindyError> {
 }
 
 /// The library of the squared diffusions; `None` where disturbances are taken to be constant.
-pub(super) fn library(settings: &Settings, data: &Dataset) -> Result<Option<Library>, SindyError> {
+pub(super) fn library(
+    settings: &Settings,
+    data: &Dataset,
+    stretches: &[Stretch<'_>],
+) -> Result<Option<Library>, SindyError> {
     if settings.diffusion.is_empty() {
         return Ok(None);
+    }
+    let mut states = data.states().iter().enumerate();
+    if let Some((_, still)) = states.find(|(i, _)| is_constant(stretches, *i)) {
+        return Err(SindyError::setting(
+            "diffusion",
+            "states that change",
+            format!("one value of {still} in all rows: make it an input, or leave it out"),
+        ));
     }
     let library = Library::specifications(&settings.diffusion, &data.names())?;
     let candidates = data.states().len() * library.len();

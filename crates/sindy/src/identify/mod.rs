@@ -255,7 +255,7 @@ impl Identify {
         let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
         let states = (data.states(), n - positions.len());
         let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?;
-        let diffusion = diffusion::library(&self.settings, data)?;
+        let diffusion = diffusion::library(&self.settings, data, &stretches)?;
         let free = diffusion::of(free, data, diffusion.as_ref())?;
         let stable =
             stable::StableCandidates::of(&self.settings, states.0, &libraries, &stretches)?;

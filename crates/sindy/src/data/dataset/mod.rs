@@ -76,6 +76,16 @@ pub struct Stretch<'a> {
     pub(crate) seen: Vec<Seen<'a>>,
 }
 
+/// Whether a column has one value in all rows.
+pub(crate) fn is_constant(stretches: &[Stretch<'_>], column: usize) -> bool {
+    let values = stretches.iter().flat_map(|s| s.columns[column]);
+    let mut values = values.filter(|v| v.is_finite());
+    match values.next() {
+        Some(first) => values.all(|v| v == first),
+        None => false,
+    }
+}
+
 impl Stretch<'_> {
     /// The rows of `range` alone.
     pub(crate) fn part(&self, range: Range<usize>) -> Self {

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 pub use report::Stability;
 
 use super::settings::Settings;
-use crate::data::dataset::Stretch;
+use crate::data::dataset::{Stretch, is_constant};
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::stability::form::{QuadraticForm, TermForm};
@@ -80,9 +80,15 @@ impl StableCandidates {
             let mut own = None;
             for term in library.terms() {
                 let form = TermForm::of(term, states).ok_or_else(|| {
-                    let expected =
-                        "candidate terms of degree 1 or 2 in the states, or of inputs alone (such as poly(2))";
-                    refused(expected, &format!("`{term}` in the equation of {}", states[i]))
+                    let is_state = |v: &&str| states.iter().any(|s| s == v);
+                    let suited = match term.variables().iter().all(|v| is_state(v)) {
+                        true => "poly(2)".to_owned(),
+                        false => format!("poly(2, {}), and terms of the inputs", states.join(", ")),
+                    };
+                    let expected = format!(
+                        "candidate terms of degree 1 or 2 in the states, or of inputs alone, such as {suited}"
+                    );
+                    refused(&expected, &format!("`{term}` in the equation of {}", states[i]))
                 })?;
                 if !form.is_quadratic() && form.linear == unit {
                     own = Some(forms.len());
@@ -90,7 +96,16 @@ impl StableCandidates {
                 forms.push((i, form));
             }
             let expected = format!("the candidate `{0}` in the equation of {0}", states[i]);
-            diagonal.push(own.ok_or_else(|| refused(&expected, "none"))?);
+            diagonal.push(own.ok_or_else(|| match is_constant(stretches, i) {
+                true => refused(
+                    "states that change",
+                    &format!(
+                        "one value of {} in all rows: make it an input, or leave it out",
+                        states[i]
+                    ),
+                ),
+                false => refused(&expected, "none"),
+            })?);
         }
         let column = |i: usize| stretches.iter().flat_map(move |s| s.columns[i]).copied();
         let average = |i: usize, f: fn(f64) -> f64| {

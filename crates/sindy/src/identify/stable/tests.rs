@@ -127,7 +127,8 @@ fn prop_other_libraries_and_settings_are_refused() {
     let run = |problem: &Problem| {
         let mut data = Dataset::new(&problem.states, &problem.inputs).unwrap();
         for record in problem.noisy(1.0, 0).unwrap() {
-            data.push("run", record.time, record.states, None).unwrap();
+            let columns = [record.states, record.inputs].concat();
+            data.push("run", record.time, columns, None).unwrap();
         }
         let settings = Settings {
             stable: true,
@@ -143,6 +144,15 @@ fn prop_other_libraries_and_settings_are_refused() {
         error.contains("degree 1 or 2") && error.contains("`x^3`"),
         "{error}"
     );
+    problem.inputs = vec!["u"];
+    problem.terms = ["x", "v", "u", "v*u"].map(String::from).to_vec();
+    problem.trajectories[0].inputs = vec!["sin(t)".into()];
+    let error = run(&problem);
+    assert!(
+        error.contains("such as poly(2, x, v), and terms of the inputs, found `v*u`"),
+        "{error}"
+    );
+    problem = oscillator(0.1, 100);
     problem.terms = vec!["v".into(), "x^2".into()];
     let error = run(&problem);
     assert!(

@@ -268,7 +268,15 @@ impl<'a> Pass<'a> {
             }
         }
         if series.is_empty() {
-            return Err(SindyError::too_short(FEWEST, rows));
+            return Err(match rows < FEWEST {
+                true => SindyError::too_short(FEWEST, rows),
+                false => SindyError::Source {
+                    reason: format!(
+                        "expected rows in succession that hold all states (in a stream states have one rate), found none \
+                         among {rows}"
+                    ),
+                },
+            });
         }
         let series: Vec<(&[f64], Vec<&[f64]>)> = series
             .iter()

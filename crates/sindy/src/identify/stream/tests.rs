@@ -334,7 +334,10 @@ fn prop_bad_input_is_one_clear_error() {
             "time does not increase at sample 150",
         ),
         (vec![ramp(200), infinite], "column `x`: sample 120"),
-        (vec![ramp(50), vec![f64::NAN; 50]], "too few samples"),
+        (
+            vec![ramp(50), vec![f64::NAN; 50]],
+            "rows in succession that hold all states",
+        ),
     ];
     let identify = Identify::new(Library::polynomial(&["x"], 3).unwrap());
     let columns = Columns::new("t", &["x"], &[]).unwrap();

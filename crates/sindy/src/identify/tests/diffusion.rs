@@ -347,6 +347,22 @@ fn prop_a_diffusion_that_nothing_is_made_of_is_refused() {
         assert!(error.contains("diffusion"), "{error}");
     }
     assert!(asked(NoiseSource::Both).validate().is_ok());
+    // A state that does not move has no disturbance.
+    let mut still = Dataset::new(&["x", "y"], &[] as &[&str]).unwrap();
+    let time = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+    let moves = (0..200).map(|k| f64::from(k * k % 17)).collect();
+    still
+        .push("run", time, vec![moves, vec![3.0; 200]], None)
+        .unwrap();
+    let library = Library::polynomial(&["x", "y"], 1).unwrap();
+    let identify = Identify::new(library)
+        .settings(asked(NoiseSource::Process))
+        .unwrap();
+    let error = identify.run(&still, &mut quiet()).unwrap_err().to_string();
+    assert!(
+        error.contains("states that change, found one value of y"),
+        "{error}"
+    );
     // Names that are no columns.
     let settings = Settings {
         diffusion: vec!["y".into()],
