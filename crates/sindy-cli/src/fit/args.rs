@@ -199,7 +199,7 @@ Examples:
   sindy fit cart.csv --states x,v --inputs u --known \"x' = v\"
   sindy fit swing.csv --states q --second-order --sign \"q'': q_dot < 0\"
   sindy fit swing.csv --states x,v --library 'poly(2) + sin(x)' --conserve 'v^2/2 - cos(x)'
-  sindy fit coupled.csv --states x,y --second-order --library 'poly(3)' --constraint \"[x'': y] = [y'': x]\"
+  sindy fit coupled.csv --states x,y --second-order --constraint \"[x'': y] = [y'': x]\"
   sindy fit gusts.csv --states x,v --noise both
   sindy fit prices.csv --states x --noise process --diffusion 'poly(2)'
   sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'
