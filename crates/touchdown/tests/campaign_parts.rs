@@ -73,6 +73,36 @@ fn prop_parts_share_a_folder_and_its_status_says_what_is_missing() {
 }
 
 #[test]
+fn analytic_a_block_that_is_sized_by_time_takes_that_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(folder.path(), SWEEP);
+    let ask = |seconds: &str| {
+        let words = ["campaign", "block", "--seconds", seconds].map(std::ffi::OsStr::new);
+        common::json(0, words.into_iter().chain([sweep.as_os_str()]))
+    };
+    let number = |found: &serde_json::Value, key: &str| found[key].as_f64().unwrap();
+    // Twelve landings, all of them timed.
+    let found = ask("1e9");
+    assert_eq!(
+        (
+            number(&found, "timed"),
+            number(&found, "block"),
+            number(&found, "blocks")
+        ),
+        (12.0, 12.0, 1.0)
+    );
+    assert!(number(&found, "fastest_landing_s") <= number(&found, "landing_s"));
+    assert!(number(&found, "slowest_landing_s") >= number(&found, "landing_s"));
+    let one = ask("1e-9");
+    assert_eq!((number(&one, "block"), number(&one, "blocks")), (1.0, 12.0));
+    for wrong in ["0", "-1", "nan", "inf", "x"] {
+        let words = ["campaign", "block", "--seconds", wrong].map(std::ffi::OsStr::new);
+        let error = common::fails(2, words.into_iter().chain([sweep.as_os_str()]));
+        assert!(error.contains("--seconds"), "{wrong}: {error}");
+    }
+}
+
+#[test]
 fn prop_parts_that_fly_nothing_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = sweep(folder.path(), SWEEP);

@@ -14,6 +14,7 @@ use touchdown_campaign::sweep::{
 use touchdown_sim::landing::space::SpaceTrace;
 
 use super::args::land::{CampaignArgs, CampaignCommand};
+use super::block_size;
 use super::context::Context;
 use super::identify::load::word;
 use super::land::outcomes;
@@ -52,6 +53,7 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
             print_status(context, folder, &sweep::status(folder)?);
             Ok(Done::Whole)
         }
+        Some(CampaignCommand::Block(args)) => block_size::run(context, args),
         Some(CampaignCommand::Slurm(args)) => slurm::run(context, args),
         Some(CampaignCommand::Replay {
             sweep,

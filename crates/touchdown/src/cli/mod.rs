@@ -1,6 +1,7 @@
 //! The command line: arguments, dispatch, and the one place that turns an outcome into an exit status.
 
 mod args;
+mod block_size;
 mod campaign;
 mod context;
 mod export;

@@ -72,6 +72,7 @@ Examples:
   touchdown settings campaign > sweep.toml
   touchdown campaign sweep.toml --trials 10 --out campaign
   touchdown campaign sweep.toml --trials 10 --out campaign --resume       after an interruption
+  touchdown campaign block sweep.toml --seconds 30                        the `block` whose landings take half a minute
   touchdown campaign sweep.toml --shard 1/2 --out a                       half of it on one machine
   touchdown campaign sweep.toml --shard 2/2 --out b                       half of it on another
   touchdown campaign merge a b --out whole
@@ -156,6 +157,8 @@ pub(crate) enum CampaignCommand {
         #[arg(long, value_name = "DIR")]
         mcap: Option<PathBuf>,
     },
+    /// Time some landings and print the `block` of a sweep that takes so many seconds
+    Block(BlockArgs),
     /// Print a job script for Slurm: an array of tasks, each a part of the campaign, and behind them the job that merges
     Slurm(SlurmArgs),
     /// Fly landings of a campaign again and record all their signals as MCAP files, for Foxglove and PlotJuggler
@@ -181,6 +184,30 @@ Examples:
 Nodes need the program, the sweep and the folder at the same paths; the variable TOUCHDOWN names another program.
 A task that is preempted, loses its node or runs out of time is queued again and flies only the blocks that are missing.
 What is written has the same bytes as a campaign on one machine. Logs of the tasks are in the folder slurm/ of --out.";
+
+/// Arguments of `touchdown campaign block`.
+#[derive(Args, Debug)]
+pub(crate) struct BlockArgs {
+    /// Sweep
+    pub(crate) sweep: PathBuf,
+    /// Time of a block on one core, in seconds: what is lost at most where a run is killed
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
+    pub(crate) seconds: f64,
+    /// Landings at every point [default: the sweep's]
+    #[arg(long)]
+    pub(crate) trials: Option<u64>,
+    /// Seed of all random numbers [default: the sweep's]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+}
+
+/// A time above zero.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(s) if s > 0.0 && s.is_finite() => Ok(s),
+        _ => Err("expected seconds, a number above 0".into()),
+    }
+}
 
 /// Arguments of `touchdown campaign slurm`.
 #[derive(Args, Debug)]
