@@ -96,9 +96,10 @@ fn analytic_a_block_that_is_sized_by_time_takes_that_time() {
     let one = ask("1e-9");
     assert_eq!((number(&one, "block"), number(&one, "blocks")), (1.0, 12.0));
     for wrong in ["0", "-1", "nan", "inf", "x"] {
-        let words = ["campaign", "block", "--seconds", wrong].map(std::ffi::OsStr::new);
+        let seconds = format!("--seconds={wrong}");
+        let words = ["campaign", "block", &seconds].map(std::ffi::OsStr::new);
         let error = common::fails(2, words.into_iter().chain([sweep.as_os_str()]));
-        assert!(error.contains("--seconds"), "{wrong}: {error}");
+        assert!(error.contains("expected seconds"), "{wrong}: {error}");
     }
 }
 

@@ -51,14 +51,15 @@ pub(crate) fn run(context: &Context, args: &BlockArgs) -> Result<Done> {
     context.finish();
     let size = size(&seconds, args.seconds, sweep.landings());
     context.say(&format!(
-        "{timed} landings of the campaign took {:.2} s each on one core ({:.2} to {:.2}).\nSet `block = {}` in the sweep (now {}): {} \
-         blocks of about {:.0} s",
+        "{timed} landings of the campaign took {:.2} s each on one core ({:.2} to {:.2}).\nSet `block = {}` in the sweep (now {}): {} {} of \
+         about {:.0} s",
         size.landing_s,
         size.fastest_landing_s,
         size.slowest_landing_s,
         size.block,
         sweep.settings().block,
         size.blocks,
+        if size.blocks == 1 { "block" } else { "blocks" },
         size.block_s
     ));
     context.object(&size);
