@@ -34,8 +34,7 @@ impl IdentificationRun<'_> {
         let rows: usize = self.stretches.iter().map(|s| s.time.len()).sum();
         let whole = matches!(found.way(), Way::Arcs(usize::MAX));
         let follows = self.misfit(&found.fit) <= FOLLOWS || found.is_in_noise();
-        // Under invariants the candidates of the system are fields, which no library holds.
-        if rows <= self.settings.rows || !whole || !follows || self.conserved.is_some() {
+        if rows <= self.settings.rows || !whole || !follows {
             return;
         }
         let enough = FOLLOWS.max(FOLLOWS * self.misfit(&found.fit));

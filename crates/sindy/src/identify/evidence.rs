@@ -144,7 +144,7 @@ mod tests {
         let found = |correlation: f64| OutputErrorFit {
             coefficients: vec![0.0, 2.0],
             std_errors: vec![0.0, 0.25],
-            covariance: nalgebra::DMatrix::zeros(2, 2),
+            covariance: nalgebra::DMatrix::zeros(1, 1),
             evidence: vec![-5.0, 64.0 - (1000_f64.ln() + 1.0)],
             penalty: 1000_f64.ln() + 1.0,
             sigma: vec![1.0],

@@ -41,8 +41,22 @@ impl Screen {
         Self::of(run, &keep)
     }
 
-    /// Those that are kept.
+    /// Those that are kept; under invariants and relations, fields.
     pub(super) fn of(run: &IdentificationRun<'_>, keep: &[bool]) -> Option<Self> {
+        let kept: Vec<usize> = (0..keep.len()).filter(|&j| keep[j]).collect();
+        let system = match &run.conserved {
+            Some(conserved) => conserved.system_of(&kept),
+            None => Self::system(run, keep)?,
+        };
+        Some(Self {
+            system,
+            kept,
+            all: keep.len(),
+        })
+    }
+
+    /// The system of single candidates.
+    fn system(run: &IdentificationRun<'_>, keep: &[bool]) -> Option<System> {
         let mut libraries: Vec<Library> = Vec::new();
         let mut first = 0;
         for (library, _) in &run.libraries {
@@ -56,11 +70,7 @@ impl Screen {
         // All terms were compiled before.
         let system =
             System::with_known(run.time, measured, run.data.inputs(), &libraries, &known).ok()?;
-        Some(Self {
-            system: system.with_diffusion_of(&run.system),
-            kept: (0..keep.len()).filter(|&j| keep[j]).collect(),
-            all: keep.len(),
-        })
+        Some(system.with_diffusion_of(&run.system))
     }
 
     /// The values of the candidates that are kept.

@@ -160,6 +160,14 @@ pub(super) fn of_energy(
     Ok((conserved.free.joined(&conserved.fields), Some(conserved)))
 }
 
+impl Conserved {
+    /// The system of some of the fields.
+    pub(super) fn system_of(&self, fields: &[usize]) -> System {
+        let own: Vec<Field> = fields.iter().map(|&j| self.fields[j].clone()).collect();
+        self.free.joined(&own)
+    }
+}
+
 /// The candidates of each equation among those of all.
 fn equations(libraries: &[Library]) -> Vec<Vec<usize>> {
     let mut first = 0;

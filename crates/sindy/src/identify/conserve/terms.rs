@@ -41,13 +41,11 @@ impl Conserved {
         let coefficients = self.terms(&fit.coefficients);
         let kept = kept(&fit.coefficients);
         let unknown = kept.iter().any(|&j| fit.std_errors[j].is_infinite());
-        let k = kept.len();
-        let covariance = DMatrix::from_fn(k, k, |a, b| fit.covariance[(kept[a], kept[b])]);
         let std_error = |j: usize| match coefficients[j] != 0.0 {
             true if unknown => f64::INFINITY,
             true => {
                 let row = self.row(j, &kept);
-                row.dot(&(&covariance * &row)).max(0.0).sqrt()
+                row.dot(&(&fit.covariance * &row)).max(0.0).sqrt()
             }
             false => 0.0,
         };

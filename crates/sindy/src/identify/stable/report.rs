@@ -127,12 +127,12 @@ impl IdentificationRun<'_> {
         from: &Statistics,
     ) -> Option<StableCoefficients> {
         let information = |kept: &[usize]| {
-            let k = kept.len();
-            let has_covariance = fit.covariance.nrows() == fit.coefficients.len();
-            let covariance = has_covariance
-                .then(|| DMatrix::from_fn(k, k, |a, b| fit.covariance[(kept[a], kept[b])]));
-            // Terms that were added have no covariance.
-            let inverse = covariance.and_then(|c| Some(c.cholesky()?.inverse()));
+            let covariance = &fit.covariance;
+            // Terms that were added have none.
+            let whole =
+                covariance.nrows() == kept.len() && covariance.iter().all(|v| v.is_finite());
+            let root = whole.then(|| covariance.clone().cholesky()).flatten();
+            let inverse = root.map(|root| root.inverse());
             match inverse {
                 Some(inverse) => inverse / fit.correlation,
                 None => of_regressions(from, &fit.coefficients, kept),

@@ -22,9 +22,10 @@ fn oscillator(stiffness: [f64; 2]) -> Dataset {
     data
 }
 
-fn fit(library: Library, data: &Dataset, rows: usize) -> Identification {
+fn fit(library: Library, data: &Dataset, rows: usize, constraints: &[&str]) -> Identification {
     let settings = Settings {
         rows,
+        constraints: constraints.iter().map(ToString::to_string).collect(),
         ..Settings::default()
     };
     let identify = Identify::new(library).settings(settings).unwrap();
@@ -33,11 +34,20 @@ fn fit(library: Library, data: &Dataset, rows: usize) -> Identification {
 
 #[test]
 fn analytic_terms_chosen_on_a_part_have_coefficients_of_all_rows() {
+    refined(&[]);
+}
+
+#[test]
+fn analytic_terms_under_a_relation_have_coefficients_of_all_rows() {
+    refined(&["[y': y] = -[y': x^2*y]"]);
+}
+
+fn refined(constraints: &[&str]) {
     let mut problem = problems::van_der_pol();
     problem.rows = 6000;
     let data = data_of(&problem, 2.0, 5);
-    let part = fit(problem.library().unwrap(), &data, 1000);
-    let whole = fit(problem.library().unwrap(), &data, 50_000);
+    let part = fit(problem.library().unwrap(), &data, 1000, constraints);
+    let whole = fit(problem.library().unwrap(), &data, 50_000, constraints);
     assert!(
         part.choice.reason.contains("on the 1000 rows"),
         "{}",
@@ -72,7 +82,7 @@ fn prop_coefficients_that_change_beyond_the_rows_of_the_choice_are_said_to() {
     let library = Library::polynomial(&["x", "v"], 2).unwrap();
     // The first sixth of the rows is looked at, on which both are one system.
     for (stiffness, changes) in [([4.0, 4.0], false), ([4.0, 4.02], true), ([4.0, 4.4], true)] {
-        let found = fit(library.clone(), &oscillator(stiffness), 1000);
+        let found = fit(library.clone(), &oscillator(stiffness), 1000, &[]);
         let said = found.warnings.iter().any(|w| w.contains("all rows"));
         assert_eq!(said, changes, "{:?}", found.warnings);
     }

@@ -110,9 +110,10 @@ impl Chosen {
         xi.iter().enumerate().map(of).collect()
     }
 
-    /// Covariance of all coefficients.
-    pub(super) fn covariance(&self) -> DMatrix<f64> {
-        self.search.covariance() * self.variance
+    /// Covariance of the coefficients that are not zero.
+    pub(super) fn covariance(&self, xi: &DVector<f64>) -> DMatrix<f64> {
+        let terms: Vec<usize> = (0..xi.len()).filter(|&j| xi[j] != 0.0).collect();
+        self.search.covariance(&terms) * self.variance
     }
 
     /// The evidence for each candidate.

@@ -159,7 +159,7 @@ pub struct OutputErrorFit {
     pub coefficients: Vec<f64>,
     /// Their standard errors, 0 outside the support.
     pub std_errors: Vec<f64>,
-    /// Their covariance, P x P, 0 outside the support.
+    /// Their covariance: a row for each coefficient that is not zero.
     pub(crate) covariance: DMatrix<f64>,
     /// Twice the fall of the log-likelihood that dropping a term of the support costs, or adding one
     /// gains, less the penalty for it: evidence for the term, were the residuals independent.

@@ -216,7 +216,7 @@ impl State<'_> {
         OutputErrorFit {
             coefficients: self.xi.iter().copied().collect(),
             std_errors: chosen.std_errors(&self.xi),
-            covariance: chosen.covariance(),
+            covariance: chosen.covariance(&self.xi),
             evidence: chosen.evidence(),
             penalty: chosen.penalty(),
             fronts: chosen.fronts(groups),

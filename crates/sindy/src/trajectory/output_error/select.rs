@@ -393,12 +393,15 @@ impl Search {
         -self.t[(j, j)] / self.length[j].powi(2)
     }
 
-    /// `(X_Sᵀ X_S)⁻¹` over all terms, zero outside the support.
-    pub(super) fn covariance(&self) -> DMatrix<f64> {
-        let p = self.length.len();
-        DMatrix::from_fn(p, p, |i, j| match self.support[i] && self.support[j] {
-            true => -self.t[(i, j)] / self.length[i] / self.length[j],
-            false => 0.0,
+    /// `(X_Sᵀ X_S)⁻¹` over some terms, infinite where one is not in the support.
+    pub(super) fn covariance(&self, terms: &[usize]) -> DMatrix<f64> {
+        let k = terms.len();
+        DMatrix::from_fn(k, k, |a, b| {
+            let (i, j) = (terms[a], terms[b]);
+            match self.support[i] && self.support[j] {
+                true => -self.t[(i, j)] / self.length[i] / self.length[j],
+                false => f64::INFINITY,
+            }
         })
     }
 }

@@ -298,7 +298,7 @@ impl Disturbed<'_> {
         OutputErrorFit {
             coefficients: self.xi.iter().copied().collect(),
             std_errors: chosen.std_errors(&self.xi),
-            covariance: chosen.covariance(),
+            covariance: chosen.covariance(&self.xi),
             evidence: chosen.evidence(),
             penalty: chosen.penalty(),
             fronts: chosen.fronts(&self.system.groups),
