@@ -254,7 +254,8 @@ impl Identify {
         check_rows(stretches.iter().map(|s| s.time.len()).sum(), &libraries)?;
         let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
         let states = (data.states(), n - positions.len());
-        let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?;
+        let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?
+            .stiff(!self.settings.discrete && prepare::is_steep(&stretches));
         let diffusion = diffusion::library(&self.settings, data)?;
         let free = diffusion::of(free, data, diffusion.as_ref())?;
         let stable =

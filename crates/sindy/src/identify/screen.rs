@@ -54,8 +54,9 @@ impl Screen {
         let states = run.data.states();
         let measured = (states, states.len() - run.positions.len());
         // All terms were compiled before.
-        let system =
-            System::with_known(run.time, measured, run.data.inputs(), &libraries, &known).ok()?;
+        let system = System::with_known(run.time, measured, run.data.inputs(), &libraries, &known)
+            .ok()?
+            .stiff(run.system.is_stiff());
         Some(Self {
             system: system.with_diffusion_of(&run.system),
             kept: (0..keep.len()).filter(|&j| keep[j]).collect(),

@@ -29,6 +29,7 @@
 //! J. Chen, Z. Chen, "Extended Bayesian information criteria for model selection with large model
 //! spaces", Biometrika 95 (2008).
 
+mod adaptive;
 mod arcs;
 mod choice;
 mod colour;

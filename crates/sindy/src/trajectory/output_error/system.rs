@@ -1,5 +1,8 @@
 //! The candidate terms of all equations, compiled once: values, gradients, and one step with sensitivities.
 
+pub(super) mod implicit;
+mod slope_noise;
+
 use nalgebra::DMatrix;
 use sindy_expr::{Expr, Program, Scratch};
 
@@ -17,6 +20,8 @@ pub struct System {
     pub(super) measured: usize,
     pub(super) inputs: usize,
     pub(super) discrete: bool,
+    /// Whether the integrator is implicit.
+    pub(super) stiff: bool,
     /// Values of the distinct terms.
     values: Program,
     /// Their derivatives by the states that are not zero throughout, and which they are: (term, state).
@@ -155,6 +160,7 @@ impl System {
             measured,
             inputs: inputs.len(),
             discrete: matches!(time, Time::Discrete { .. }),
+            stiff: false,
             values: compile(&distinct, &columns)?,
             gradients: compile(&slopes, &columns)?,
             places,
@@ -165,6 +171,16 @@ impl System {
             known,
             diffusion: None,
         })
+    }
+
+    /// Whether an implicit integrator follows it.
+    pub(crate) fn is_stiff(&self) -> bool {
+        self.stiff
+    }
+
+    /// The same, followed by an implicit integrator, for rates that steps of the data are too long for.
+    pub(crate) fn stiff(self, stiff: bool) -> Self {
+        Self { stiff, ..self }
     }
 
     /// The same with candidate terms for the squared diffusion of each state, over the named states and inputs.
