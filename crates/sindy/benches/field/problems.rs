@@ -130,7 +130,6 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     of(RELAXATION, None),
     of(RELAXATION, White(0.1)),
     of(OREGONATOR, None),
-    of(OREGONATOR, White(0.1)),
     of(GROUND_EFFECT, White(10.0)),
     of(GROUND_EFFECT, White(20.0)),
     of(GROUND_EFFECT, Autoregressive(0.5, 10.0)),

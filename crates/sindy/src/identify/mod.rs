@@ -19,7 +19,8 @@
 //!
 //! 1. gives rows that lack a state no weight, sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
 //!    sees what inputs are between their samples (held, linear, cubic), estimates each state's noise, and smooths with a
-//!    strength taken from the data, where most of them rest from the part that moves;
+//!    strength taken from the data, where most of them rest from the part that moves, and over the number of the row where
+//!    steps of time run over orders of magnitude;
 //! 2. *regresses*: slopes and weak form, each by best subsets (exact, by the Bayesian criterion) and by SR3 over a
 //!    grid of λ and ν (its choice by cross-validation over blocks, and every other support on it);
 //! 3. ranks these models by *free-run error*: short simulations from smoothed states against the measured
@@ -69,6 +70,7 @@ mod stable;
 pub mod stream;
 #[cfg(test)]
 mod tests;
+mod time_scales;
 mod uneven;
 mod warnings;
 

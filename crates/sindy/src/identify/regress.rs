@@ -305,19 +305,6 @@ pub(super) fn solve(
     Ok(out)
 }
 
-/// Coefficients of the best subsets by the Bayesian criterion, equation by equation.
-pub(super) fn best(statistics: &Statistics, signs: &[Vec<Sign>]) -> Result<Vec<f64>, SindyError> {
-    let mut out = Vec::new();
-    for (parts, signs) in statistics.grams.iter().zip(signs) {
-        let total = Gram::total(parts);
-        let rows = total.rows as f64 * statistics.independent;
-        let found = signed_subsets(&total, signs, NODES)?;
-        let chosen = found.choose(&total, Criterion::Bic, Some(rows))?;
-        out.extend(chosen.fit.coefficients.iter().copied());
-    }
-    Ok(out)
-}
-
 /// What was found for one equation.
 struct Equation {
     subset: Fit,

@@ -11,7 +11,6 @@ use super::regress::{self, Statistics};
 use super::stable::StableCandidates;
 use super::{Identification, Method, NoiseSource, Progress, Settings, Smoothing, warnings};
 use crate::data::dataset::{Dataset, Stretch};
-use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
 use crate::identify::known::KnownPart;
 use crate::library::Library;
@@ -26,9 +25,6 @@ pub(super) const FOLLOWS: f64 = 1.5;
 /// A sum of autocorrelations above which residuals count as correlated: they hold half the information of independent
 /// ones. At twice the value, standard errors up to twice too small pass without a warning.
 pub(super) const CORRELATED: f64 = 2.0;
-
-/// Rounds between a model and the weights of rows, which depend on each other, where the noise of slopes spans orders of magnitude.
-const WEIGHT_ROUNDS: usize = 3;
 
 /// One identification under way.
 #[derive(Clone)]
@@ -248,44 +244,8 @@ impl<'a> IdentificationRun<'a> {
         }
     }
 
-    /// Slopes over the number of the row, where times run over orders of magnitude: with rows weighted alike, and then by the noise that
-    /// the model has by the statistics before.
-    fn stiff_regressions(
-        &self,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<(Slopes, Vec<Statistics>), SindyError> {
-        let n = self.data.states().len();
-        let mut statistics = Vec::new();
-        let mut slopes = prepare::by_row(&self.stretches, n)?;
-        self.add(&slopes, &self.stretches, &mut statistics, progress)?;
-        let rounds = if self.conserved.is_none() {
-            WEIGHT_ROUNDS
-        } else {
-            0
-        };
-        for round in 1..=rounds {
-            let coefficients = regress::best(&statistics[round - 1], &self.signs)?;
-            let noise = |(s, smooth): (&Stretch<'_>, &Vec<Smoothed>)| {
-                let states = smooth.iter().map(|c| c.value.as_slice());
-                let columns: Vec<&[f64]> = states.chain(s.columns[n..].iter().copied()).collect();
-                self.system
-                    .slope_noise(&coefficients, &columns, &self.noise.sigma)
-            };
-            let terms: Vec<_> = self
-                .stretches
-                .iter()
-                .zip(&slopes.smoothed)
-                .map(noise)
-                .collect();
-            slopes.weights = prepare::weights(&self.stretches, &self.noise, &terms);
-            slopes.name = format!("smoothing spline over rows, weighted {round}");
-            self.add(&slopes, &self.stretches, &mut statistics, progress)?;
-        }
-        Ok((slopes, statistics))
-    }
-
     /// Adds the statistics of slopes.
-    fn add(
+    pub(super) fn add(
         &self,
         slopes: &Slopes,
         stretches: &[Stretch<'_>],

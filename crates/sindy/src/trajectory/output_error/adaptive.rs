@@ -16,6 +16,8 @@ const SAFETY: f64 = 0.9;
 const FACTORS: (f64, f64) = (0.1, 5.0);
 /// The share of a step that is tried again where its stages cannot be solved.
 const UNSOLVED: f64 = 0.25;
+/// Noise that errors are compared with where none is given, as a share of a state's scatter: less than disturbances of any use.
+const FILTERED: f64 = 1e-3;
 /// The last step ends within this share of the interval.
 const END: f64 = 1e-12;
 
@@ -72,8 +74,10 @@ impl Follow<'_> {
     /// and that may be as large as for explicit steps.
     fn relative_error(&self, record: &Record, error: &[f64]) -> f64 {
         let of = |(i, error): (usize, &f64)| {
-            let sigma = self.sigma[i];
-            let scatter = record.spread[i].sqrt().max(sigma);
+            let scatter = record.spread[i].sqrt();
+            // The filter of a disturbed system has no noise of states that is given.
+            let sigma = self.sigma.get(i).copied().unwrap_or(FILTERED * scatter);
+            let scatter = scatter.max(sigma).max(f64::MIN_POSITIVE);
             error.abs() / (scatter * (INTEGRATION * sigma / scatter).powf(2.0 / 3.0))
         };
         error.iter().enumerate().map(of).fold(0.0, f64::max)

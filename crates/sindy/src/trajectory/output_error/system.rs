@@ -28,7 +28,7 @@ pub struct System {
     gradients: Program,
     places: Vec<(usize, usize)>,
     /// The parts of all candidates, in the order of these.
-    parts: Vec<Part>,
+    pub(super) parts: Vec<Part>,
     /// Candidates that subsets are chosen among exactly: those of each equation, or all where they are joined.
     pub(super) groups: Vec<Vec<usize>>,
     /// For each distinct term the parts that use it.
@@ -42,11 +42,11 @@ pub struct System {
 
 /// A term of a candidate: in one equation, times a factor.
 #[derive(Clone, Copy, Debug)]
-struct Part {
-    candidate: usize,
-    equation: usize,
+pub(super) struct Part {
+    pub(super) candidate: usize,
+    pub(super) equation: usize,
     /// The distinct term.
-    term: usize,
+    pub(super) term: usize,
     factor: f64,
 }
 
@@ -171,16 +171,6 @@ impl System {
             known,
             diffusion: None,
         })
-    }
-
-    /// Whether an implicit integrator follows it.
-    pub(crate) fn is_stiff(&self) -> bool {
-        self.stiff
-    }
-
-    /// The same, followed by an implicit integrator, for rates that steps of the data are too long for.
-    pub(crate) fn stiff(self, stiff: bool) -> Self {
-        Self { stiff, ..self }
     }
 
     /// The same with candidate terms for the squared diffusion of each state, over the named states and inputs.

@@ -59,6 +59,16 @@ pub(in crate::trajectory::output_error) struct Stages {
 }
 
 impl System {
+    /// Whether an implicit integrator follows it.
+    pub(crate) fn is_stiff(&self) -> bool {
+        self.stiff
+    }
+
+    /// The same, followed by an implicit integrator, for rates that steps of the data are too long for.
+    pub(crate) fn stiff(self, stiff: bool) -> Self {
+        Self { stiff, ..self }
+    }
+
     /// Solves the stages of a step from `x` over `h`, with the inputs at its start and at [`NODES`]; `None` where Newton's method does
     /// not converge.
     pub(in crate::trajectory::output_error) fn stages(
@@ -188,5 +198,112 @@ impl System {
             let slope = A[r / n][c / n] * work.jacobian[c / n][(r % n, c % n)];
             f64::from(r == c) - h * slope
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::Library;
+    use crate::model::Time;
+
+    fn system(names: &[&str], inputs: &[&str], terms: &[&str]) -> System {
+        let strings =
+            |names: &[&str]| -> Vec<String> { names.iter().map(ToString::to_string).collect() };
+        let libraries = vec![Library::parse(terms).unwrap(); names.len()];
+        System::new(
+            Time::Continuous,
+            &strings(names),
+            &strings(inputs),
+            &libraries,
+        )
+        .unwrap()
+    }
+
+    fn step(system: &System, c: &[f64], x: &[f64], over: (f64, &[Vec<f64>; 4])) -> (Step, f64) {
+        let (mut work, mut out) = (system.work(c), system.blank());
+        let stages = system.stages(x, over, &mut work).unwrap();
+        system
+            .end(x, over, &stages, true, &mut work, &mut out)
+            .unwrap();
+        (out, stages.error.amax())
+    }
+
+    const NO_INPUTS: [Vec<f64>; 4] = [const { Vec::new() }; 4];
+
+    #[test]
+    fn paper_a_linear_step_is_the_pade_approximation_of_the_exponential() {
+        // Hairer and Wanner, IV.5: R(z) = (1 + 2z/5 + z²/20) / (1 - 3z/5 + 3z²/20 - z³/60).
+        let system = system(&["x"], &[], &["x"]);
+        for z in [0.3, -0.1, -1.0, -30.0, -1e6] {
+            let truth =
+                (1.0 + 0.4 * z + 0.05 * z * z) / (1.0 - 0.6 * z + 0.15 * z * z - z * z * z / 60.0);
+            let (out, _) = step(&system, &[z / 0.7], &[2.0], (0.7, &NO_INPUTS));
+            // Rounding, in units of the start.
+            assert!(
+                (out.state[0] - 2.0 * truth).abs() < 1e-13,
+                "{z}: {:?}",
+                out.state
+            );
+            assert!((out.transition[(0, 0)] - truth).abs() < 1e-13, "{z}");
+        }
+    }
+
+    #[test]
+    fn analytic_errors_fall_with_the_sixth_power_of_the_step_and_their_estimate_with_the_fourth() {
+        // x' = x²: x(t) = 1 / (1 - t).
+        let system = system(&["x"], &[], &["x^2"]);
+        let errors = [0.2, 0.1].map(|h: f64| {
+            let (out, estimate) = step(&system, &[1.0], &[1.0], (h, &NO_INPUTS));
+            ((out.state[0] - 1.0 / (1.0 - h)).abs(), estimate)
+        });
+        let orders = (
+            (errors[0].0 / errors[1].0).log2(),
+            (errors[0].1 / errors[1].1).log2(),
+        );
+        // The next power of the step adds a share h of some units.
+        assert!(
+            (orders.0 - 6.0).abs() < 0.8 && (orders.1 - 4.0).abs() < 0.8,
+            "{orders:?}"
+        );
+        assert!(
+            errors.iter().all(|(error, estimate)| error < estimate),
+            "{errors:?}"
+        );
+    }
+
+    #[test]
+    fn analytic_derivatives_of_a_step_against_differences() {
+        let system = system(&["x", "y"], &["u"], &["x", "y", "x*y", "sin(x)", "u"]);
+        let c: Vec<f64> = (0..10).map(|k| 3.0 * (f64::from(k) * 1.7).sin()).collect();
+        let inputs = [0.2, 0.24, 0.31, 0.4].map(|u| vec![u]);
+        let run = |x: &[f64], c: &[f64]| step(&system, c, x, (0.4, &inputs)).0;
+        let x = [0.7, -0.4];
+        let at = run(&x, &c);
+        let e = 1e-5;
+        let central = |up: Step, down: Step, i: usize| (up.state[i] - down.state[i]) / (2.0 * e);
+        for j in 0..2 {
+            let moved = |by: f64| {
+                let mut x = x;
+                x[j] += by;
+                run(&x, &c)
+            };
+            for i in 0..2 {
+                let difference = central(moved(e), moved(-e), i);
+                // Central differences with 1e-5 are good to some 1e-10, and Newton's method to the square of 1e-8.
+                assert!((at.transition[(i, j)] - difference).abs() < 1e-8, "{i} {j}");
+            }
+        }
+        for k in 0..10 {
+            let moved = |by: f64| {
+                let mut c = c.clone();
+                c[k] += by;
+                run(&x, &c)
+            };
+            for i in 0..2 {
+                let difference = central(moved(e), moved(-e), i);
+                assert!((at.forcing[(i, k)] - difference).abs() < 1e-8, "{i} {k}");
+            }
+        }
     }
 }
