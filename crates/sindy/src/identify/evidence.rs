@@ -151,6 +151,7 @@ mod tests {
             colour: Vec::new(),
             disturbance: None,
             fronts: Vec::new(),
+            multiples: Vec::new(),
             correlation,
             score: 0.0,
             arcs: 1,

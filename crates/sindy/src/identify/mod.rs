@@ -19,7 +19,8 @@
 //!
 //! 1. gives rows that lack a state no weight, sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
 //!    sees what inputs are between their samples (held, linear, cubic), estimates each state's noise, and smooths with a
-//!    strength taken from the data, where most of them rest from the part that moves;
+//!    strength taken from the data, where most of them rest from the part that moves, and over the number of the row where
+//!    steps of time run over orders of magnitude;
 //! 2. *regresses*: slopes and weak form, each by best subsets (exact, by the Bayesian criterion) and by SR3 over a
 //!    grid of λ and ν (its choice by cross-validation over blocks, and every other support on it);
 //! 3. ranks these models by *free-run error*: short simulations from smoothed states against the measured
@@ -69,6 +70,7 @@ mod stable;
 pub mod stream;
 #[cfg(test)]
 mod tests;
+mod time_scales;
 mod uneven;
 mod warnings;
 
@@ -254,7 +256,8 @@ impl Identify {
         check_rows(stretches.iter().map(|s| s.time.len()).sum(), &libraries)?;
         let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
         let states = (data.states(), n - positions.len());
-        let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?;
+        let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?
+            .stiff(!self.settings.discrete && prepare::is_steep(&stretches));
         let diffusion = diffusion::library(&self.settings, data, &stretches)?;
         let free = diffusion::of(free, data, diffusion.as_ref())?;
         let stable =

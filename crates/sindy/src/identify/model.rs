@@ -165,6 +165,7 @@ impl IdentificationRun<'_> {
         out.extend(self.unmoved(model, fit));
         out.extend(self.lack_of_map(model)?);
         out.extend(self.no_diffusion(fit));
+        out.extend(self.warnings_of_multiples(fit));
         out.extend(doubtful(model));
         Ok(out)
     }

@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::known::KnownPart;
-use super::prepare::{Slopes, WEIGHT, blocks, regression_samples, slope_name};
+use super::prepare::{Slopes, WEIGHT, blocks, regression_samples, slope_name, weight_name};
 use super::settings::{Score, Settings};
 use crate::choose::Grid;
 use crate::choose::select::{Family, Rule, folded, select, sr3_points};
@@ -103,7 +103,10 @@ pub(super) fn of_slopes(
         let target = slope_name(i);
         let library = known.with(library);
         let mut of = Accumulate::new(&library, &target);
-        if weighted {
+        let own = weight_name(i);
+        if !slopes.weights.is_empty() {
+            of = of.weights(&own);
+        } else if weighted {
             of = of.weights(WEIGHT);
         }
         let mut parts = of.over(&samples)?;

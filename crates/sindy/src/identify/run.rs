@@ -191,6 +191,9 @@ impl<'a> IdentificationRun<'a> {
             self.add(&slopes, &self.stretches, &mut statistics, progress)?;
             return Ok((slopes, statistics));
         }
+        if *smoothing == Smoothing::Automatic && self.system.is_stiff() {
+            return self.stiff_regressions(progress);
+        }
         // If most of the data rest, the moving part is fitted first, with its own smoothing.
         let moving = prepare::moving(&self.stretches, n, &self.noise);
         let mut first = None;
@@ -242,7 +245,7 @@ impl<'a> IdentificationRun<'a> {
     }
 
     /// Adds the statistics of slopes.
-    fn add(
+    pub(super) fn add(
         &self,
         slopes: &Slopes,
         stretches: &[Stretch<'_>],

@@ -68,8 +68,9 @@ impl Screen {
         let states = run.data.states();
         let measured = (states, states.len() - run.positions.len());
         // All terms were compiled before.
-        let system =
-            System::with_known(run.time, measured, run.data.inputs(), &libraries, &known).ok()?;
+        let system = System::with_known(run.time, measured, run.data.inputs(), &libraries, &known)
+            .ok()?
+            .stiff(run.system.is_stiff());
         Some(system.with_diffusion_of(&run.system))
     }
 

@@ -98,7 +98,8 @@ impl<'d> Comparison<'_, 'd> {
         let own: Vec<Library> = libraries.iter().map(|l| l.0.clone()).collect();
         let known: Vec<_> = libraries.iter().map(|l| l.1.terms.clone()).collect();
         let states = (data.states(), data.states().len());
-        System::with_known(self.run.time, states, data.inputs(), &own, &known)
+        let system = System::with_known(self.run.time, states, data.inputs(), &own, &known)?;
+        Ok(system.stiff(self.run.system.is_stiff()))
     }
 
     /// The relations with the coefficients and terms that trajectories give them; `None` where they cannot be followed, or where

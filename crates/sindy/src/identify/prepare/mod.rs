@@ -1,6 +1,7 @@
 //! From a data set to what identification works on: noise, smoothed states, slopes, pieces.
 
 mod series;
+mod steep;
 
 use super::regress::{Regression, Statistics};
 use crate::data::dataset::{Dataset, Stretch};
@@ -15,6 +16,7 @@ use crate::numerics::upper_median;
 use crate::trajectory::output_error::Piece;
 pub(super) use series::is_uniform;
 use series::{Series, rows_apart, smoothed};
+pub(super) use steep::{by_row, is_steep, weights};
 
 /// Rows below which a stretch is differenced, not smoothed: the choice of a window needs some windows' worth of rows.
 const SMOOTHED: usize = 25;
@@ -81,6 +83,8 @@ pub(super) struct Slopes {
     pub edge: usize,
     /// Rows whose slopes are alike.
     pub window: f64,
+    /// Weights of the rows by stretch, state and row; none where all slopes of a state are equally good.
+    pub weights: Vec<Vec<Vec<f64>>>,
 }
 
 /// Scatter of each state over all stretches, and the noise on it.
@@ -236,6 +240,7 @@ pub(super) fn by(
         smoothed,
         edge: widest as usize / 2,
         window: widest,
+        weights: Vec::new(),
     })
 }
 
@@ -274,6 +279,7 @@ pub(super) fn with(
         smoothed,
         edge,
         window: (2 * edge + 1) as f64,
+        weights: Vec::new(),
     })
 }
 
@@ -300,6 +306,7 @@ pub(super) fn raw(stretches: &[Stretch<'_>], states: usize) -> Slopes {
         smoothed,
         edge: 0,
         window: 1.0,
+        weights: Vec::new(),
     }
 }
 
@@ -310,6 +317,11 @@ pub(super) fn slope_name(i: usize) -> String {
 
 /// The name of the column of weights.
 pub(super) const WEIGHT: &str = "(weight)";
+
+/// The name of the column of weights of state `i`'s slopes, where [`Slopes::weights`] has them.
+pub(super) fn weight_name(i: usize) -> String {
+    format!("(weight {i})")
+}
 
 /// Blocks of rows of each stretch: stretches are cut until there are `folds` of them.
 pub(super) fn blocks(
@@ -344,6 +356,9 @@ pub(super) fn regression_samples(
     let mut names = data.names();
     names.extend((0..states).map(slope_name));
     names.push(WEIGHT.into());
+    if !slopes.weights.is_empty() {
+        names.extend((0..states).map(weight_name));
+    }
     let mut samples = Samples::new(&names.iter().map(String::as_str).collect::<Vec<_>>());
     for (index, range) in blocks {
         let (s, smooth) = (&stretches[*index], &slopes.smoothed[*index]);
@@ -363,6 +378,8 @@ pub(super) fn regression_samples(
             Some(w) => w[rows.clone()].to_vec(),
             None => vec![1.0; rows.len()],
         });
+        let own = slopes.weights.get(*index).into_iter().flatten();
+        columns.extend(own.map(|w| w[rows.clone()].to_vec()));
         samples.push_group(columns)?;
     }
     Ok(samples)

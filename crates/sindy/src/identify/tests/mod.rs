@@ -6,6 +6,7 @@ mod noise;
 mod rates;
 mod rows;
 mod signs;
+mod time_scales;
 
 use rand::{RngExt, SeedableRng};
 

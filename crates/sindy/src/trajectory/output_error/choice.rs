@@ -22,9 +22,9 @@ pub(super) struct Linearised<'a> {
 
 /// Terms and coefficients that the linearisation prefers.
 pub(super) struct Chosen {
-    search: Search,
+    pub(super) search: Search,
     /// Mean square of the residuals, in units of the noise.
-    variance: f64,
+    pub(super) variance: f64,
     /// The penalty of a term, in units of `variance`.
     unit: f64,
     values: usize,

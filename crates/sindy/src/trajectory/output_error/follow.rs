@@ -14,7 +14,7 @@ use super::system::{Step, System, Work};
 const MOST_SUBSTEPS: usize = 32;
 /// Error of the integrator from one node to the next that is accepted, in units of the noise: over a hundred nodes it adds
 /// up to at most a third of the noise.
-const INTEGRATION: f64 = 0.003;
+pub(super) const INTEGRATION: f64 = 0.003;
 /// Nodes that the integrator's error is tried at, about: enough for a mean to a tenth, at a small part of a step's time.
 const TRIED: usize = 200;
 
@@ -60,6 +60,14 @@ impl Sensitivity {
             d: DVector::zeros(n),
         }
     }
+
+    /// Over a step.
+    pub(super) fn advance(&mut self, step: &Step) {
+        self.m = &step.transition * &self.m;
+        let mut of_coefficients = self.m.columns_mut(self.d.len(), step.forcing.ncols());
+        of_coefficients += &step.forcing;
+        self.d = &step.transition * &self.d;
+    }
 }
 
 impl Follow<'_> {
@@ -78,6 +86,10 @@ impl Follow<'_> {
         (work, step): (&mut Work, &mut Step),
         mut along: Option<&mut Sensitivity>,
     ) {
+        if self.system.stiff {
+            self.advance_implicitly(record, row, x, (work, step), along);
+            return;
+        }
         let h = (record.time[row + 1] - record.time[row]) / substeps as f64;
         for k in 0..substeps {
             let at = |offset: f64| record.inputs_at(row, (k as f64 + offset) / substeps as f64);
@@ -86,10 +98,7 @@ impl Follow<'_> {
             self.system.step(x, over, along.is_some(), work, step);
             x.copy_from_slice(&step.state);
             if let Some(s) = &mut along {
-                s.m = &step.transition * &s.m;
-                let mut of_coefficients = s.m.columns_mut(x.len(), step.forcing.ncols());
-                of_coefficients += &step.forcing;
-                s.d = &step.transition * &s.d;
+                s.advance(step);
             }
         }
     }
@@ -208,6 +217,9 @@ impl Follow<'_> {
                 let end = record.rows.get(first + self.cut.longest).copied();
                 for row in record.rows[first]..end.unwrap_or(record.time.len() - 1) {
                     self.advance_state(record, row, &mut x, (&mut work, &mut step));
+                    if !x.iter().all(|v| v.is_finite()) {
+                        return f64::INFINITY;
+                    }
                     for (i, x) in x.iter().take(self.system.measured).enumerate() {
                         if record.sample(i, row + 1).is_some() {
                             sum += self.size(i, record.residual(i, row + 1, *x));
@@ -226,6 +238,9 @@ impl Follow<'_> {
 
     /// Steps of the integrator between samples, doubled from those of the cut until its error is small beside the noise.
     pub(super) fn fine_substeps(mut self, records: &[Record]) -> usize {
+        if self.system.stiff {
+            return self.cut.substeps;
+        }
         while self.cut.substeps < MOST_SUBSTEPS && self.integration_error(records) > INTEGRATION {
             self.cut.substeps *= 2;
         }

@@ -29,11 +29,13 @@
 //! J. Chen, Z. Chen, "Extended Bayesian information criteria for model selection with large model
 //! spaces", Biometrika 95 (2008).
 
+mod adaptive;
 mod arcs;
 mod choice;
 mod colour;
 pub(crate) mod disturbed;
 mod follow;
+mod multiples;
 mod noise;
 mod record;
 mod search;
@@ -44,6 +46,7 @@ mod tests;
 
 pub use disturbed::{Diffusion, Disturbance, Sources};
 use follow::{ArcSettings, Follow};
+pub(crate) use multiples::Multiple;
 pub(crate) use noise::{Trace, colour_of, independence, is_white};
 use record::Record;
 pub(crate) use search::irrelevant;
@@ -176,6 +179,8 @@ pub struct OutputErrorFit {
     pub disturbance: Option<Disturbance>,
     /// For each equation, the best terms of every number up to some more than were kept.
     pub fronts: Vec<Vec<Alternative>>,
+    /// What may be added to equations of a stiff system unseen; none of others.
+    pub(crate) multiples: Vec<Multiple>,
     /// `1 + 2 Σ ρ_k` of the residuals, the largest over states; 1 for independent ones.
     pub correlation: f64,
     /// What candidates are compared by, smaller is better: `Σ_i N ln σ_i²`, and the penalties of terms and

@@ -6,6 +6,7 @@ use super::arcs::{Normal, linearise};
 use super::choice::{Chosen, Linearised};
 use super::colour::whitened;
 use super::follow::{ArcSettings, Follow};
+use super::multiples::multiples;
 use super::noise::Trace;
 use super::record::Record;
 use super::system::System;
@@ -108,7 +109,7 @@ pub fn search(
             breaks = None;
         }
     }
-    Some(state.report(&last?, groups, (iterations, outcome)))
+    Some(state.report(&last?, groups, start, (iterations, outcome)))
 }
 
 /// Nodes of the first arcs: as many as hold some samples of each state.
@@ -203,6 +204,7 @@ impl State<'_> {
         &self,
         last: &StepResult,
         groups: &[Vec<usize>],
+        start: &Start,
         (iterations, outcome): (usize, Outcome),
     ) -> OutputErrorFit {
         let values: usize = last.samples.iter().sum();
@@ -220,6 +222,10 @@ impl State<'_> {
             evidence: chosen.evidence(),
             penalty: chosen.penalty(),
             fronts: chosen.fronts(groups),
+            multiples: match self.system.stiff {
+                true => multiples(self.system, chosen, &self.xi, &start.term_rms),
+                false => Vec::new(),
+            },
             correlation: correlation(&whitened(
                 &self.follow().residuals(&self.records),
                 &self.colour,

@@ -37,8 +37,8 @@ const ROUNDING: f64 = 1e-9;
 /// times larger.
 #[derive(Clone)]
 pub(super) struct Search {
-    t: DMatrix<f64>,
-    length: Vec<f64>,
+    pub(super) t: DMatrix<f64>,
+    pub(super) length: Vec<f64>,
     /// Coefficients that `r` was taken at, times `length`; zero outside the support.
     reference: Vec<f64>,
     pub support: Vec<bool>,

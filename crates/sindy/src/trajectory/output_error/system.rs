@@ -1,5 +1,8 @@
 //! The candidate terms of all equations, compiled once: values, gradients, and one step with sensitivities.
 
+pub(super) mod implicit;
+mod slope_noise;
+
 use nalgebra::DMatrix;
 use sindy_expr::{Expr, Program, Scratch};
 
@@ -17,13 +20,15 @@ pub struct System {
     pub(super) measured: usize,
     pub(super) inputs: usize,
     pub(super) discrete: bool,
+    /// Whether the integrator is implicit.
+    pub(super) stiff: bool,
     /// Values of the distinct terms.
     values: Program,
     /// Their derivatives by the states that are not zero throughout, and which they are: (term, state).
     gradients: Program,
     places: Vec<(usize, usize)>,
     /// The parts of all candidates, in the order of these.
-    parts: Vec<Part>,
+    pub(super) parts: Vec<Part>,
     /// Candidates that subsets are chosen among exactly: those of each equation, or all where they are joined.
     pub(super) groups: Vec<Vec<usize>>,
     /// For each distinct term the parts that use it.
@@ -37,11 +42,11 @@ pub struct System {
 
 /// A term of a candidate: in one equation, times a factor.
 #[derive(Clone, Copy, Debug)]
-struct Part {
-    candidate: usize,
-    equation: usize,
+pub(super) struct Part {
+    pub(super) candidate: usize,
+    pub(super) equation: usize,
     /// The distinct term.
-    term: usize,
+    pub(super) term: usize,
     factor: f64,
 }
 
@@ -155,6 +160,7 @@ impl System {
             measured,
             inputs: inputs.len(),
             discrete: matches!(time, Time::Discrete { .. }),
+            stiff: false,
             values: compile(&distinct, &columns)?,
             gradients: compile(&slopes, &columns)?,
             places,
