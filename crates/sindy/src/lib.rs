@@ -14,7 +14,7 @@
 //! | [`choose`] | cross-validation and selection among fits |
 //! | [`trajectory`] | delays, past states, multiple shooting, terms judged by trajectories |
 //! | [`model`] | models: predict, simulate, Jacobian, equilibria, print, JSON |
-//! | [`uncertainty`] | bootstrap, ensembles, bands, identifiability |
+//! | [`uncertainty`] | bootstrap, ensembles, sparse Bayesian regression, bands, identifiability |
 //! | [`implicit`] | rational equations, `D(x) x' = N(x)` |
 //! | [`pde`] | partial differential equations from fields on a grid |
 //! | [`koopman`] | linear comparators: DMDc and EDMDc |
@@ -54,5 +54,5 @@ pub use model::Model;
 pub use solve::{BestSubset, Fit, Outcome, Solver, Sr3, Stepwise, Stlsq};
 pub use statistics::{Criterion, Gram};
 pub use trajectory::OdeModel;
-pub use uncertainty::Ensemble;
+pub use uncertainty::{Ensemble, Horseshoe};
 pub use weak::WeakForm;

@@ -11,6 +11,7 @@
 //! [`ensemble`]: crate::uncertainty::ensemble
 //! [`pde`]: crate::pde
 //! [`BestSubset`]: crate::BestSubset
+//! [`Horseshoe`]: crate::Horseshoe
 //! [`shift::chain`]: crate::trajectory::shift::chain
 //! [`Model`]: crate::Model
 //! [`identify::Settings::discrete`]: crate::identify::Settings::discrete

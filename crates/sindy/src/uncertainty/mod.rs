@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`bootstrap`] | intervals of coefficients by a bootstrap over blocks of rows |
 //! | [`ensemble`] | bagging of data and library, inclusion probabilities |
+//! | [`horseshoe`] | sparse Bayesian regression by Markov chains |
 //! | [`resample`] | draws with replacement, the same for any number of threads |
 //! | [`identifiability`] | which terms the data identify, and which they confound |
 //!
@@ -13,6 +14,7 @@ mod band;
 mod block_length;
 pub mod bootstrap;
 pub mod ensemble;
+pub mod horseshoe;
 pub mod identifiability;
 pub mod resample;
 #[cfg(test)]
@@ -22,3 +24,4 @@ pub use band::Band;
 pub use block_length::block_length;
 pub use bootstrap::{Bootstrap, Intervals, Resampling, models, on_support};
 pub use ensemble::Ensemble;
+pub use horseshoe::Horseshoe;
