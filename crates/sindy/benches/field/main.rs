@@ -9,6 +9,7 @@ mod problems;
 mod pysindy;
 mod score;
 mod simulate;
+mod stiff;
 mod systems;
 
 use std::error::Error;

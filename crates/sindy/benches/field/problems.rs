@@ -1,6 +1,7 @@
 //! The problems: a system, what is done to its data, and terms that its library lacks.
 
 use crate::corruption::Corruption::{self, *};
+use crate::stiff::*;
 use crate::systems::*;
 
 /// One problem.
