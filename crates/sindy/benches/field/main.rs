@@ -5,6 +5,7 @@
 
 mod beside;
 mod corruption;
+mod data;
 mod problems;
 mod pysindy;
 mod score;
@@ -15,19 +16,17 @@ use std::error::Error;
 use std::fs::File;
 use std::io::Write;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use rand::SeedableRng;
-use rand_pcg::Pcg64;
 use rayon::prelude::*;
-use serde_json::json;
-use sindy::{Dataset, Identify, Library, SindyError, identify::Settings};
+use sindy::identify::Settings;
+use sindy::{Dataset, Identify, SindyError};
 
+use data::{library, rows, write};
 use problems::{PROBLEMS, Problem};
 use score::{Fitted, row, summary};
-use simulate::Rows;
-use systems::{Candidates, Clock};
+use systems::{Clock, Task};
 
 type Failure = Box<dyn Error + Send + Sync>;
 
@@ -36,7 +35,7 @@ const SEEDS: u64 = 5;
 
 /// What the command line asks for.
 struct Options {
-    /// Parts of names, one of which a problem has to contain.
+    /// Parts of names, one of which a problem's name or class has to contain.
     only: Vec<String>,
     seeds: Range<u64>,
     json: Option<PathBuf>,
@@ -48,8 +47,9 @@ struct Options {
 fn main() -> Result<(), Failure> {
     let options = options()?;
     let wanted = |p: &&Problem| {
-        let name = p.name();
-        options.only.is_empty() || options.only.iter().any(|part| name.contains(part))
+        let (name, class) = (p.name(), p.class());
+        let has = |part: &String| name.contains(part) || class.contains(part.as_str());
+        options.only.is_empty() || options.only.iter().any(has)
     };
     let chosen: Vec<&Problem> = PROBLEMS.iter().filter(wanted).collect();
     if let Some(folder) = &options.write {
@@ -190,104 +190,31 @@ fn options() -> Result<Options, Failure> {
     Ok(out)
 }
 
-/// A stream of random numbers for each problem and seed (FNV-1a of the name).
-fn random(problem: &Problem, seed: u64) -> Pcg64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for byte in problem.name().bytes() {
-        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-    }
-    Pcg64::seed_from_u64(hash.wrapping_add(seed))
-}
-
-/// The spoilt rows of a problem.
-fn rows(problem: &Problem, seed: u64) -> Result<Vec<Rows>, SindyError> {
-    let mut rng = random(problem, seed);
-    let still = vec![0.0; problem.system.states.len()];
-    let clean = simulate::simulate(&problem.system, problem.corruption, &still, &mut rng)?;
-    let sd = simulate::scatter(&clean);
-    let process = 0.01 * problem.corruption.process();
-    let mut rows = if process > 0.0 {
-        let drive: Vec<f64> = sd.iter().map(|sd| process * sd).collect();
-        simulate::simulate(&problem.system, problem.corruption, &drive, &mut rng)?
-    } else {
-        clean
-    };
-    for run in &mut rows {
-        problem.corruption.apply(&mut run.states, &sd, &mut rng);
-    }
-    Ok(rows)
-}
-
-/// The candidate terms of a problem.
-fn library(problem: &Problem) -> Result<Library, SindyError> {
+/// The defaults, and what a problem says of itself: that it is a map, that velocities are not measured.
+fn settings(problem: &Problem) -> Settings {
     let system = &problem.system;
-    let names: Vec<&str> = system.states.iter().chain(system.inputs).copied().collect();
-    let all = match system.candidates {
-        Candidates::Degree(degree) => Library::polynomial(&names, degree)?,
-        Candidates::Terms(terms) => Library::parse(terms)?,
-    };
-    let lacking: Vec<usize> = (0..all.len())
-        .filter(|&j| problem.without.contains(&all.names()[j].as_str()))
-        .collect();
-    Ok(all.without(&lacking))
+    let names = |of: &[&str]| of.iter().map(ToString::to_string).collect();
+    Settings {
+        discrete: system.clock == Clock::Map,
+        second_order: match system.task {
+            Task::Positions => names(system.measured()),
+            Task::States => Vec::new(),
+        },
+        ..Settings::default()
+    }
 }
 
 fn fit(problem: &Problem, seed: u64) -> Result<Fitted, SindyError> {
-    let mut data = Dataset::new(problem.system.states, problem.system.inputs)?;
+    let system = &problem.system;
+    let mut data = Dataset::new(system.measured(), system.inputs)?;
     for (k, run) in rows(problem, seed)?.into_iter().enumerate() {
         let columns = [run.states, run.inputs].concat();
         data.push(format!("run {k}"), run.time, columns, None)?;
     }
-    let settings = Settings {
-        discrete: problem.system.clock == Clock::Map,
-        ..Settings::default()
-    };
+    let settings = settings(problem);
     let begun = Instant::now();
     let found = Identify::new(library(problem)?)
         .settings(settings)?
         .run(&data, &mut |_| ());
     Fitted::new(problem, seed, found, begun.elapsed().as_secs_f64())
-}
-
-/// The same rows as files, for other programs: in a folder of the problem one for each seed, with one CSV file for each
-/// trajectory, and `problem.json`. Returns the problem's folder.
-fn write(problem: &Problem, seeds: Range<u64>, folder: &Path) -> Result<PathBuf, Failure> {
-    let system = &problem.system;
-    let name = problem
-        .name()
-        .replace(|c: char| !c.is_ascii_alphanumeric(), "_");
-    let names: Vec<&str> = [&["t"], system.states, system.inputs].concat();
-    let degree = match system.candidates {
-        Candidates::Degree(degree) if problem.is_complete() => Some(degree),
-        _ => None,
-    };
-    let about = json!({
-        "name": problem.name(),
-        "states": system.states,
-        "inputs": system.inputs,
-        "degree": degree,
-        "library": library(problem)?.names(),
-        "truth": system.truth,
-        "discrete": system.clock == Clock::Map,
-        "complete": problem.is_complete(),
-    });
-    let all = folder.join(name);
-    for seed in seeds {
-        let folder = all.join(seed.to_string());
-        std::fs::create_dir_all(&folder)?;
-        for (k, run) in rows(problem, seed)?.iter().enumerate() {
-            let mut text = names.join(",") + "\n";
-            for row in 0..run.time.len() {
-                let values = run.states.iter().chain(&run.inputs).map(|c| c[row]);
-                let cells: Vec<String> = std::iter::once(run.time[row])
-                    .chain(values)
-                    .map(|v| v.to_string())
-                    .collect();
-                text += &(cells.join(",") + "\n");
-            }
-            std::fs::write(folder.join(format!("run{k}.csv")), text)?;
-        }
-        std::fs::write(folder.join("problem.json"), format!("{about}\n"))?;
-    }
-    Ok(all)
 }

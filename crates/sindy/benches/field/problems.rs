@@ -23,6 +23,10 @@ impl Problem {
 
     /// What it asks of a program.
     pub(crate) fn class(&self) -> &'static str {
+        match self.system.task {
+            Task::Positions => return "position only",
+            Task::States => {}
+        }
         match self.system.clock {
             Clock::Map => "maps",
             Clock::Logarithmic(..) => "stiff",
@@ -126,6 +130,18 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     of(GROUND_EFFECT, White(10.0)),
     of(GROUND_EFFECT, White(20.0)),
     of(GROUND_EFFECT, Autoregressive(0.5, 10.0)),
+    of(PENDULUM_POSITION, White(1.0)),
+    of(DUFFING_POSITION, White(1.0)),
+    of(VAN_DER_POL_POSITION, White(1.0)),
+    of(COUPLED_POSITIONS, White(1.0)),
+    of(PENDULUM_POSITION, Autoregressive(0.5, 2.0)),
+    of(DUFFING_POSITION, Autoregressive(0.5, 2.0)),
+    of(VAN_DER_POL_POSITION, Autoregressive(0.5, 2.0)),
+    of(COUPLED_POSITIONS, Autoregressive(0.5, 2.0)),
+    of(PENDULUM_POSITION, Encoder(1.0)),
+    of(DUFFING_POSITION, Encoder(1.0)),
+    of(VAN_DER_POL_POSITION, Encoder(1.0)),
+    of(COUPLED_POSITIONS, Encoder(1.0)),
     lacks(PENDULUM, White(1.0), &["sin(q)"]),
     lacks(BRUSSELATOR, White(1.0), &["x^2*y"]),
     lacks(VAN_DER_POL, White(1.0), &["x^2*y"]),
@@ -138,6 +154,8 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     lacks(SELKOV, Walk(2.0), &["x^2*y"]),
     lacks(LORENZ, Rates(&[1, 5, 10]), &["x*z"]),
     lacks(PENDULUM, Rates(&[1, 10]), &["sin(q)"]),
+    lacks(PENDULUM_POSITION, White(1.0), &["sin(q)"]),
+    lacks(DUFFING_POSITION, White(1.0), &["x^3"]),
     lacks(HENON, Process(0.5), &["x^2"]),
     lacks(VAN_DER_POL, Process(2.0), &["x^2*y"]),
     lacks(DUFFING, Process(2.0), &["x^3"]),

@@ -11,7 +11,7 @@ use sindy::model::Term;
 
 use crate::Failure;
 use crate::problems::Problem;
-use crate::score::{Difference, median};
+use crate::score::{Difference, median, scored};
 use crate::simulate::truth;
 
 /// The version that is compared with.
@@ -129,7 +129,7 @@ pub(crate) fn fits(
             Some(equations) => {
                 let found = equations.iter().map(terms).collect::<Result<Vec<_>, _>>()?;
                 let k = usize::try_from(answer.seed - seeds.start)?;
-                settings[at].fits[k] = Difference::new(&truth, &found);
+                settings[at].fits[k] = scored(problem, &truth, &found);
             }
             None => settings[at].failure = answer.error,
         }

@@ -41,7 +41,7 @@ class Recorder(ps.STLSQ):
 def read(folder):
     """What is to be fitted, without rows that lack a state, which PySINDy refuses."""
     about = json.loads((folder / "problem.json").read_text())
-    count = len(about["states"])
+    count = len(about["measured"])
     runs = []
     for path in sorted(folder.glob("run*.csv"), key=lambda p: int(p.stem[3:])):
         table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
@@ -76,6 +76,23 @@ def domains(times, half_width, degree):
     )  # fmt: skip
 
 
+def differentiation(window, degree=3):
+    if window == 1:
+        return ps.FiniteDifference(order=4)
+    return ps.SmoothedFiniteDifference(smoother_kws={"window_length": window, "polyorder": degree}, order=4)
+
+
+def with_velocities(about, runs, method):
+    """The runs with velocities behind the positions, and the positions as the method smoothed them, where these alone are measured."""
+    if about["measured"] == about["states"]:
+        return runs
+    out = []
+    for t, x, u in runs:
+        velocities = method(x, t)
+        out.append((t, np.hstack([method.smoothed_x_, velocities]), u))
+    return out
+
+
 def model_of(about, runs, form, optimizer):
     """PySINDy's model of a form of the grid, not yet fitted."""
     library = feature_library(about)
@@ -91,12 +108,9 @@ def model_of(about, runs, form, optimizer):
         weak = domains(tuple(t), size, degree)
         weak.function_library = library
         return ps.SINDy(optimizer=optimizer, feature_library=weak)
-    if size == 1:
-        derivative = ps.FiniteDifference(order=4)
-    else:
-        window = {"window_length": size, "polyorder": degree}
-        derivative = ps.SmoothedFiniteDifference(smoother_kws=window, order=4)
-    return ps.SINDy(optimizer=optimizer, feature_library=library, differentiation_method=derivative)
+    return ps.SINDy(
+        optimizer=optimizer, feature_library=library, differentiation_method=differentiation(size, degree)
+    )
 
 
 def fit(model, about, runs):
@@ -139,13 +153,18 @@ def optimizers(about):
 
 
 def forms(about):
-    """Names and forms of the grid."""
+    """Names, forms and windows for velocities of the grid."""
     if about["discrete"]:
-        return {"next row": None}
-    found = {f"smoothed over {w}" if w > 1 else "differences": ("strong", w, 3) for w in WINDOWS}
-    for half_width in HALF_WIDTHS:
-        for p in TEST_DEGREES:
-            found[f"weak {half_width}, p {p}"] = ("weak", half_width, p)
+        return [("next row", None, 1)]
+    strong = {w: f"smoothed over {w}" if w > 1 else "differences" for w in WINDOWS}
+    weak = [(f"weak {h}, p {p}", ("weak", h, p)) for h in HALF_WIDTHS for p in TEST_DEGREES]
+    if about["measured"] == about["states"]:
+        return [(name, ("strong", w, 3), 1) for w, name in strong.items()] + [(*form, 1) for form in weak]
+    found = []
+    for window, name in strong.items():
+        label = f"velocities {name}"
+        found += [(f"{label}, {strong[w]}", ("strong", w, 3), window) for w in sorted({1, window})]
+        found += [(f"{label}, {weak_name}", form, window) for weak_name, form in weak]
     return found
 
 
@@ -153,14 +172,14 @@ def fits(about, runs):
     """(setting, equations or error) of the default and of the grid."""
     try:
         model = model_of(about, runs, None, ps.STLSQ())
-        fit(model, about, runs)
+        fit(model, about, with_velocities(about, runs, ps.FiniteDifference()))
         yield "default", equations(about, model.coefficients())
     except (ValueError, np.linalg.LinAlgError) as error:
         yield "default", str(error)
-    for name, form in forms(about).items():
+    for name, form, window in forms(about):
         try:
             recorder = Recorder()
-            fit(model_of(about, runs, form, recorder), about, runs)
+            fit(model_of(about, runs, form, recorder), about, with_velocities(about, runs, differentiation(window)))
         except (ValueError, np.linalg.LinAlgError) as error:
             yield name, str(error)
             continue

@@ -42,10 +42,10 @@ impl Difference {
         worst: f64::INFINITY,
     };
 
-    pub(crate) fn new(truth: &Model, found: &[Vec<Term>]) -> Self {
+    pub(crate) fn new(truth: &[Vec<Term>], found: &[Vec<Term>]) -> Self {
         let mut wrong = (0, 0);
         let (mut square, mut norm, mut worst) = (0.0, 0.0, 0.0_f64);
-        for (own, answer) in found.iter().zip(truth.equations()) {
+        for (own, answer) in found.iter().zip(truth) {
             for t in answer {
                 norm += t.coefficient * t.coefficient;
                 let at = own.iter().find(|o| o.expression == t.expression);
@@ -74,6 +74,12 @@ impl Difference {
     }
 }
 
+/// The difference of the equations that are looked for.
+pub(crate) fn scored(problem: &Problem, truth: &Model, found: &[Vec<Term>]) -> Difference {
+    let from = problem.system.scored();
+    Difference::new(&truth.equations()[from..], &found[from..])
+}
+
 /// One fit, scored.
 pub(crate) struct Fitted {
     seed: u64,
@@ -99,7 +105,7 @@ impl Fitted {
             Err(error) => return Ok(Self::failed(seed, &error, seconds)),
         };
         let truth = truth(&problem.system)?;
-        let difference = Difference::new(&truth, found.model.equations());
+        let difference = scored(problem, &truth, found.model.equations());
         let doubts = |w: &String| DOUBTS.iter().any(|d| w.contains(d));
         Ok(Self {
             seed,

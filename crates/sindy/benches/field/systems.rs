@@ -1,5 +1,12 @@
 //! Systems with known equations. None of them was used to choose a setting.
 
+mod positions;
+
+pub(crate) use positions::*;
+
+/// The terms of each equation with their coefficients.
+pub(crate) type Equations = &'static [&'static [(&'static str, f64)]];
+
 /// Where candidate terms come from.
 #[derive(Clone, Copy)]
 pub(crate) enum Candidates {
@@ -19,13 +26,22 @@ pub(crate) enum Clock {
     Map,
 }
 
+/// What is measured and looked for.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Task {
+    /// All states are measured.
+    States,
+    /// The first half of the states, positions. The other half are their velocities, and `x' = x_dot` is known.
+    Positions,
+}
+
 /// A system, its library and its trajectories.
 #[derive(Clone, Copy)]
 pub(crate) struct System {
     pub(crate) name: &'static str,
     pub(crate) states: &'static [&'static str],
     pub(crate) inputs: &'static [&'static str],
-    pub(crate) truth: &'static [&'static [(&'static str, f64)]],
+    pub(crate) truth: Equations,
     pub(crate) candidates: Candidates,
     /// Start and formulas of the inputs, for each trajectory.
     pub(crate) runs: &'static [(&'static [f64], &'static [&'static str])],
@@ -36,6 +52,25 @@ pub(crate) struct System {
     pub(crate) longest: f64,
     /// Inputs keep the value of a row until the next.
     pub(crate) held: bool,
+    pub(crate) task: Task,
+}
+
+impl System {
+    /// The states that are measured, the first ones.
+    pub(crate) fn measured(&self) -> &'static [&'static str] {
+        match self.task {
+            Task::States => self.states,
+            Task::Positions => &self.states[..self.states.len() / 2],
+        }
+    }
+
+    /// The first equation that is scored: those before it are known.
+    pub(crate) fn scored(&self) -> usize {
+        match self.task {
+            Task::States => 0,
+            Task::Positions => self.states.len() / 2,
+        }
+    }
 }
 
 /// What most systems here share.
@@ -51,6 +86,7 @@ const PLAIN: System = System {
     substeps: 20,
     longest: f64::INFINITY,
     held: false,
+    task: Task::States,
 };
 
 pub(crate) const BRUSSELATOR: System = System {
