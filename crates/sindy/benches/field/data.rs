@@ -9,6 +9,7 @@ use serde_json::json;
 use sindy::{Library, SindyError};
 
 use crate::Failure;
+use crate::corruption::Corruption;
 use crate::problems::Problem;
 use crate::simulate::{self, Rows};
 use crate::systems::{Candidates, Clock};
@@ -80,6 +81,7 @@ pub(crate) fn write(
         "degree": degree,
         "library": library(problem)?.names(),
         "truth": &system.truth[system.scored()..],
+        "rates": matches!(problem.corruption, Corruption::Rates(_)),
         "discrete": system.clock == Clock::Map,
         "complete": problem.is_complete(),
     });
