@@ -198,7 +198,7 @@ fn settings(problem: &Problem) -> Settings {
         discrete: system.clock == Clock::Map,
         second_order: match system.task {
             Task::Positions => names(system.measured()),
-            Task::States => Vec::new(),
+            Task::States | Task::Hybrid => Vec::new(),
         },
         ..Settings::default()
     }

@@ -25,6 +25,7 @@ impl Problem {
     pub(crate) fn class(&self) -> &'static str {
         match self.system.task {
             Task::Positions => return "position only",
+            Task::Hybrid => return "hybrid",
             Task::States => {}
         }
         match self.system.clock {
@@ -142,6 +143,12 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     of(DUFFING_POSITION, Encoder(1.0)),
     of(VAN_DER_POL_POSITION, Encoder(1.0)),
     of(COUPLED_POSITIONS, Encoder(1.0)),
+    of(RELAY, White(1.0)),
+    of(STOP, White(1.0)),
+    of(DRY_FRICTION, White(1.0)),
+    of(RELAY, Autoregressive(0.9, 0.5)),
+    of(STOP, Autoregressive(0.9, 0.5)),
+    of(DRY_FRICTION, Autoregressive(0.9, 0.5)),
     lacks(PENDULUM, White(1.0), &["sin(q)"]),
     lacks(BRUSSELATOR, White(1.0), &["x^2*y"]),
     lacks(VAN_DER_POL, White(1.0), &["x^2*y"]),
@@ -156,6 +163,9 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     lacks(PENDULUM, Rates(&[1, 10]), &["sin(q)"]),
     lacks(PENDULUM_POSITION, White(1.0), &["sin(q)"]),
     lacks(DUFFING_POSITION, White(1.0), &["x^3"]),
+    lacks(RELAY, White(1.0), &["sign(x)"]),
+    lacks(STOP, White(1.0), &["max(x - 1, 0)"]),
+    lacks(DRY_FRICTION, White(1.0), &["tanh(20*v)"]),
     lacks(HENON, Process(0.5), &["x^2"]),
     lacks(VAN_DER_POL, Process(2.0), &["x^2*y"]),
     lacks(DUFFING, Process(2.0), &["x^3"]),

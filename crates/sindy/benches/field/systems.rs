@@ -1,7 +1,9 @@
 //! Systems with known equations. None of them was used to choose a setting.
 
+mod hybrid;
 mod positions;
 
+pub(crate) use hybrid::*;
 pub(crate) use positions::*;
 
 /// The terms of each equation with their coefficients.
@@ -33,6 +35,8 @@ pub(crate) enum Task {
     States,
     /// The first half of the states, positions. The other half are their velocities, and `x' = x_dot` is known.
     Positions,
+    /// All states are measured; their equations switch.
+    Hybrid,
 }
 
 /// A system, its library and its trajectories.
@@ -59,7 +63,7 @@ impl System {
     /// The states that are measured, the first ones.
     pub(crate) fn measured(&self) -> &'static [&'static str] {
         match self.task {
-            Task::States => self.states,
+            Task::States | Task::Hybrid => self.states,
             Task::Positions => &self.states[..self.states.len() / 2],
         }
     }
@@ -67,7 +71,7 @@ impl System {
     /// The first equation that is scored: those before it are known.
     pub(crate) fn scored(&self) -> usize {
         match self.task {
-            Task::States => 0,
+            Task::States | Task::Hybrid => 0,
             Task::Positions => self.states.len() / 2,
         }
     }
