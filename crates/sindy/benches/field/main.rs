@@ -6,6 +6,7 @@
 mod beside;
 mod corruption;
 mod data;
+mod diffusion;
 mod problems;
 mod pysindy;
 mod score;
@@ -20,10 +21,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use sindy::identify::Settings;
+use sindy::identify::{NoiseSource, Settings};
 use sindy::{Dataset, Identify, SindyError};
 
+use corruption::Corruption;
 use data::{library, rows, write};
+use diffusion::Diffusion;
 use problems::{PROBLEMS, Problem};
 use score::{Fitted, row, summary};
 use systems::{Clock, Task};
@@ -91,6 +94,9 @@ fn main() -> Result<(), Failure> {
         .flat_map(|(p, fits)| fits.iter().map(|f| (*p, f)))
         .collect();
     println!("{}", summary(&all));
+    if let Some(table) = diffusion::table(&chosen, &ours) {
+        println!("\n{table}");
+    }
     if !theirs.is_empty() {
         println!("\n{}", beside::report(&chosen, &ours, &theirs));
     }
@@ -190,7 +196,7 @@ fn options() -> Result<Options, Failure> {
     Ok(out)
 }
 
-/// The defaults, and what a problem says of itself: that it is a map, that velocities are not measured.
+/// The defaults, and what a problem says of itself: that it is a map, that velocities are not measured, that a diffusion is looked for.
 fn settings(problem: &Problem) -> Settings {
     let system = &problem.system;
     let names = |of: &[&str]| of.iter().map(ToString::to_string).collect();
@@ -198,7 +204,16 @@ fn settings(problem: &Problem) -> Settings {
         discrete: system.clock == Clock::Map,
         second_order: match system.task {
             Task::Positions => names(system.measured()),
-            Task::States | Task::Hybrid => Vec::new(),
+            Task::States | Task::Hybrid | Task::Diffusion(_) => Vec::new(),
+        },
+        noise: match (system.task, problem.corruption) {
+            (Task::Diffusion(_), Corruption::None) => NoiseSource::Process,
+            (Task::Diffusion(_), _) => NoiseSource::Both,
+            _ => NoiseSource::Automatic,
+        },
+        diffusion: match system.task {
+            Task::Diffusion(_) => vec![diffusion::CANDIDATES.into()],
+            _ => Vec::new(),
         },
         ..Settings::default()
     }
@@ -211,10 +226,20 @@ fn fit(problem: &Problem, seed: u64) -> Result<Fitted, SindyError> {
         let columns = [run.states, run.inputs].concat();
         data.push(format!("run {k}"), run.time, columns, None)?;
     }
+    let identify = |settings| -> Result<_, SindyError> {
+        let identify = Identify::new(library(problem)?).settings(settings)?;
+        Ok(identify.run(&data, &mut |_| ()))
+    };
     let settings = settings(problem);
     let begun = Instant::now();
-    let found = Identify::new(library(problem)?)
-        .settings(settings)?
-        .run(&data, &mut |_| ());
-    Fitted::new(problem, seed, found, begun.elapsed().as_secs_f64())
+    let found = identify(settings.clone())?;
+    let mut fitted = Fitted::new(problem, seed, &found, begun.elapsed().as_secs_f64())?;
+    if let (Some(truth), Ok(found)) = (simulate::diffusions(system)?, &found) {
+        let constant = identify(Settings {
+            diffusion: Vec::new(),
+            ..settings
+        })?;
+        fitted.diffusion = Some(Diffusion::new(&truth, found, constant)?);
+    }
+    Ok(fitted)
 }

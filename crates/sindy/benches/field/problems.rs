@@ -26,6 +26,7 @@ impl Problem {
         match self.system.task {
             Task::Positions => return "position only",
             Task::Hybrid => return "hybrid",
+            Task::Diffusion(_) => return "state-dependent diffusion",
             Task::States => {}
         }
         match self.system.clock {
@@ -149,6 +150,13 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     of(RELAY, Autoregressive(0.9, 0.5)),
     of(STOP, Autoregressive(0.9, 0.5)),
     of(DRY_FRICTION, Autoregressive(0.9, 0.5)),
+    of(BLACK_SCHOLES, None),
+    of(MEAN_REVERSION, None),
+    of(ORNSTEIN_UHLENBECK, None),
+    of(LANGEVIN, None),
+    of(COX_INGERSOLL_ROSS, None),
+    of(DEMOGRAPHIC, None),
+    of(LANGEVIN, White(3.0)),
     lacks(PENDULUM, White(1.0), &["sin(q)"]),
     lacks(BRUSSELATOR, White(1.0), &["x^2*y"]),
     lacks(VAN_DER_POL, White(1.0), &["x^2*y"]),

@@ -5,6 +5,7 @@ use sindy::SindyError;
 use sindy::identify::Identification;
 use sindy::model::{Model, Term};
 
+use crate::diffusion::Diffusion;
 use crate::problems::Problem;
 use crate::simulate::truth;
 
@@ -86,6 +87,8 @@ pub(crate) struct Fitted {
     pub(crate) difference: Difference,
     /// True coefficients in their intervals, and intervals; of exact fits.
     held: (usize, usize),
+    /// Where it is looked for, and there is a fit.
+    pub(crate) diffusion: Option<Diffusion>,
     doubts: bool,
     warnings: Vec<String>,
     model: String,
@@ -97,12 +100,12 @@ impl Fitted {
     pub(crate) fn new(
         problem: &Problem,
         seed: u64,
-        found: Result<Identification, SindyError>,
+        found: &Result<Identification, SindyError>,
         seconds: f64,
     ) -> Result<Self, SindyError> {
         let found = match found {
             Ok(found) => found,
-            Err(error) => return Ok(Self::failed(seed, &error, seconds)),
+            Err(error) => return Ok(Self::failed(seed, error, seconds)),
         };
         let truth = truth(&problem.system)?;
         let difference = scored(problem, &truth, found.model.equations());
@@ -110,15 +113,16 @@ impl Fitted {
         Ok(Self {
             seed,
             held: if difference.is_exact() {
-                held(&truth, &found)
+                held(&truth, found)
             } else {
                 (0, 0)
             },
             difference,
             doubts: found.warnings.iter().any(doubts) || !found.outcome.is_success(),
-            warnings: found.warnings,
+            diffusion: None,
+            warnings: found.warnings.clone(),
             model: format!("{:.4}", found.model),
-            method: found.choice.method,
+            method: found.choice.method.clone(),
             seconds,
         })
     }
@@ -129,6 +133,7 @@ impl Fitted {
             seed,
             difference: Difference::NO_MODEL,
             held: (0, 0),
+            diffusion: None,
             doubts: true,
             warnings: vec![error.to_string()],
             model: String::new(),
@@ -149,6 +154,7 @@ impl Fitted {
             "worst_coefficient": self.difference.worst,
             "intervals_held": self.held.0,
             "intervals": self.held.1,
+            "diffusion": self.diffusion.as_ref().map(Diffusion::json),
             "doubts": self.doubts,
             "method": self.method,
             "warnings": self.warnings,

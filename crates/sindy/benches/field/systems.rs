@@ -1,8 +1,10 @@
 //! Systems with known equations. None of them was used to choose a setting.
 
+mod diffusions;
 mod hybrid;
 mod positions;
 
+pub(crate) use diffusions::*;
 pub(crate) use hybrid::*;
 pub(crate) use positions::*;
 
@@ -37,6 +39,8 @@ pub(crate) enum Task {
     Positions,
     /// All states are measured; their equations switch.
     Hybrid,
+    /// All states are measured. They are driven by noise with these squared diffusions, which are looked for too.
+    Diffusion(Equations),
 }
 
 /// A system, its library and its trajectories.
@@ -63,7 +67,7 @@ impl System {
     /// The states that are measured, the first ones.
     pub(crate) fn measured(&self) -> &'static [&'static str] {
         match self.task {
-            Task::States | Task::Hybrid => self.states,
+            Task::States | Task::Hybrid | Task::Diffusion(_) => self.states,
             Task::Positions => &self.states[..self.states.len() / 2],
         }
     }
@@ -71,7 +75,7 @@ impl System {
     /// The first equation that is scored: those before it are known.
     pub(crate) fn scored(&self) -> usize {
         match self.task {
-            Task::States | Task::Hybrid => 0,
+            Task::States | Task::Hybrid | Task::Diffusion(_) => 0,
             Task::Positions => self.states.len() / 2,
         }
     }
