@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
-use serde_json::json;
+use serde_json::{Value, json};
 use sindy::{Library, SindyError};
 
 use crate::Failure;
@@ -87,21 +87,32 @@ pub(crate) fn write(
     });
     let all = folder.join(name);
     for seed in seeds {
-        let folder = all.join(seed.to_string());
-        std::fs::create_dir_all(&folder)?;
-        for (k, run) in rows(problem, seed)?.iter().enumerate() {
-            let mut text = names.join(",") + "\n";
-            for row in 0..run.time.len() {
-                let values = run.states.iter().chain(&run.inputs).map(|c| c[row]);
-                let cells: Vec<String> = std::iter::once(run.time[row])
-                    .chain(values)
-                    .map(|v| v.to_string())
-                    .collect();
-                text += &(cells.join(",") + "\n");
-            }
-            std::fs::write(folder.join(format!("run{k}.csv")), text)?;
-        }
-        std::fs::write(folder.join("problem.json"), format!("{about}\n"))?;
+        let runs = rows(problem, seed)?;
+        let runs: Vec<&Rows> = runs.iter().collect();
+        write_runs(&all.join(seed.to_string()), &names, &runs, &about)?;
     }
     Ok(all)
+}
+
+/// One CSV file for each trajectory, and `problem.json`.
+pub(crate) fn write_runs(
+    folder: &Path,
+    names: &[&str],
+    runs: &[&Rows],
+    about: &Value,
+) -> std::io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for (k, run) in runs.iter().enumerate() {
+        let mut text = names.join(",") + "\n";
+        for row in 0..run.time.len() {
+            let values = run.states.iter().chain(&run.inputs).map(|c| c[row]);
+            let cells: Vec<String> = std::iter::once(run.time[row])
+                .chain(values)
+                .map(|v| v.to_string())
+                .collect();
+            text += &(cells.join(",") + "\n");
+        }
+        std::fs::write(folder.join(format!("run{k}.csv")), text)?;
+    }
+    std::fs::write(folder.join("problem.json"), format!("{about}\n"))
 }

@@ -12,12 +12,13 @@ mod pysindy;
 mod score;
 mod simulate;
 mod systems;
+mod tables;
 
 use std::error::Error;
 use std::fs::File;
 use std::io::Write;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -49,30 +50,55 @@ struct Options {
 
 fn main() -> Result<(), Failure> {
     let options = options()?;
-    let wanted = |p: &&Problem| {
-        let (name, class) = (p.name(), p.class());
+    let is_asked = |name: &str, class: &str| {
         let has = |part: &String| name.contains(part) || class.contains(part.as_str());
         options.only.is_empty() || options.only.iter().any(has)
     };
-    let chosen: Vec<&Problem> = PROBLEMS.iter().filter(wanted).collect();
+    let problems = PROBLEMS.iter();
+    let chosen: Vec<&Problem> = problems
+        .filter(|p| is_asked(&p.name(), p.class()))
+        .collect();
     if let Some(folder) = &options.write {
         for problem in chosen {
             write(problem, options.seeds.clone(), folder)?;
         }
         return Ok(());
     }
+    let mut tables = tables::all()?;
+    tables.retain(|t| is_asked(t.name, tables::CLASS));
     let file = options
         .json
         .as_ref()
         .map(std::fs::File::create)
         .transpose()?;
-    let ours = ours(&chosen, &options, file.as_ref())?;
-    let theirs = match pysindy::available(&options.python) {
-        Ok(()) => theirs(&chosen, &options, file.as_ref())?,
+    let python = match pysindy::available(&options.python) {
+        Ok(()) => Some(options.python.as_path()),
         Err(why) => {
             println!("PySINDy is skipped: {why}\n");
-            Vec::new()
+            None
         }
+    };
+    if !chosen.is_empty() {
+        report(&chosen, &options, python, file.as_ref())?;
+    }
+    if !tables.is_empty() {
+        let line = |value: &serde_json::Value| line(file.as_ref(), value);
+        println!("\n{}", tables::report(&tables, python, line)?);
+    }
+    Ok(())
+}
+
+/// Fits all problems and prints what came of it.
+fn report(
+    chosen: &[&Problem],
+    options: &Options,
+    python: Option<&Path>,
+    file: Option<&File>,
+) -> Result<(), Failure> {
+    let ours = ours(chosen, options, file)?;
+    let theirs = match python {
+        Some(_) => theirs(chosen, options, file)?,
+        None => Vec::new(),
     };
     let more = |line: &str| {
         if theirs.is_empty() {
@@ -94,11 +120,11 @@ fn main() -> Result<(), Failure> {
         .flat_map(|(p, fits)| fits.iter().map(|f| (*p, f)))
         .collect();
     println!("{}", summary(&all));
-    if let Some(table) = diffusion::table(&chosen, &ours) {
+    if let Some(table) = diffusion::table(chosen, &ours) {
         println!("\n{table}");
     }
     if !theirs.is_empty() {
-        println!("\n{}", beside::report(&chosen, &ours, &theirs));
+        println!("\n{}", beside::report(chosen, &ours, &theirs));
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 FOLDER holds what `cargo bench -p sindy --bench field -- --write` writes for a problem: a folder for each seed, with
 `problem.json` and one CSV file for each trajectory. Prints a line of JSON for each seed and setting: the coefficients by
 equation and term, or PySINDy's error. The first setting is PySINDy's default; the others are the grid, whose thresholds are
-fractions of the smallest true coefficient. Nothing is scored here.
+fractions of the smallest true coefficient, or those of `problem.json` where no truth is known. Nothing is scored here.
 """
 
 import json
@@ -155,14 +155,17 @@ def equations(about, matrix):
 
 def optimizers(about):
     """The grid's optimizers by name."""
-    smallest = min(abs(c) for equation in about["truth"] for _, c in equation)
-    for fraction in FRACTIONS:
-        threshold = fraction * smallest
-        yield f"STLSQ {fraction}", ps.STLSQ(threshold=threshold, alpha=RIDGE)
+    if about["truth"]:
+        smallest = min(abs(c) for equation in about["truth"] for _, c in equation)
+        thresholds = {fraction: fraction * smallest for fraction in FRACTIONS}
+    else:
+        thresholds = {threshold: threshold for threshold in about["thresholds"]}
+    for label, threshold in thresholds.items():
+        yield f"STLSQ {label}", ps.STLSQ(threshold=threshold, alpha=RIDGE)
         for nu in (1.0, 100.0):
             weight = ps.SR3.calculate_l0_weight(threshold, nu)
             yield (
-                f"SR3 {fraction}, nu {nu:g}",
+                f"SR3 {label}, nu {nu:g}",
                 ps.SR3(reg_weight_lam=weight, relax_coeff_nu=nu, max_iter=SR3_ITERATIONS, unbias=True),
             )
 

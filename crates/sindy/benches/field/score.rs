@@ -109,7 +109,6 @@ impl Fitted {
         };
         let truth = truth(&problem.system)?;
         let difference = scored(problem, &truth, found.model.equations());
-        let doubts = |w: &String| DOUBTS.iter().any(|d| w.contains(d));
         Ok(Self {
             seed,
             held: if difference.is_exact() {
@@ -118,7 +117,7 @@ impl Fitted {
                 (0, 0)
             },
             difference,
-            doubts: found.warnings.iter().any(doubts) || !found.outcome.is_success(),
+            doubts: is_doubted(found),
             diffusion: None,
             warnings: found.warnings.clone(),
             model: format!("{:.4}", found.model),
@@ -162,6 +161,12 @@ impl Fitted {
             "seconds": self.seconds,
         })
     }
+}
+
+/// Whether a warning calls the model into question, or it did not converge.
+pub(crate) fn is_doubted(found: &Identification) -> bool {
+    let doubts = |w: &String| DOUBTS.iter().any(|d| w.contains(d));
+    found.warnings.iter().any(doubts) || !found.outcome.is_success()
 }
 
 /// True coefficients in their intervals, and intervals.
