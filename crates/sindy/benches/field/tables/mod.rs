@@ -81,10 +81,14 @@ impl Scored {
     }
 
     fn cells(&self) -> String {
-        match self.model.is_empty() {
-            true => format!(" - | - | {} |", self.remark),
-            false => format!(" {:.2} | {} | {} |", self.error, self.terms, self.remark),
+        if self.model.is_empty() {
+            return format!(" - | - | {} |", self.remark);
         }
+        let error = match self.error.is_finite() {
+            true => format!("{:.2}", self.error),
+            false => "diverges".into(),
+        };
+        format!(" {error} | {} | {} |", self.terms, self.remark)
     }
 
     fn json(&self, program: &str, table: &Table) -> Value {
