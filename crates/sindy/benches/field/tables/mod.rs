@@ -45,7 +45,7 @@ pub(crate) fn all() -> Result<Vec<Table>, Failure> {
     match std::env::var_os("TOUCHDOWN_DATA") {
         Some(folder) => all.extend(thrust::tables(Path::new(&folder))?),
         None => {
-            println!("The logs of thrust stands are skipped: TOUCHDOWN_DATA names no folder.\n")
+            println!("The logs of thrust stands are skipped: TOUCHDOWN_DATA names no folder.\n");
         }
     }
     Ok(all)

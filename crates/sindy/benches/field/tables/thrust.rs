@@ -16,7 +16,7 @@ const MEDIAN: usize = 5;
 pub(super) fn tables(folder: &Path) -> Result<Vec<Table>, Failure> {
     let stand = folder.join("thrust-7in-rcbenchmark-staircase");
     let scale = folder.join("thrust-crazyflie21-scale");
-    let motor = |name, rows: Rows| {
+    let motor = |name, rows: &Rows| {
         let (training, held_out) = divided(rows);
         Table {
             name,
@@ -31,11 +31,11 @@ pub(super) fn tables(folder: &Path) -> Result<Vec<Table>, Failure> {
     Ok(vec![
         motor(
             "speed of a motor, BLHeli32",
-            rows_of_stand(&stand.join("Log_2019-11-09_181347.csv"))?,
+            &rows_of_stand(&stand.join("Log_2019-11-09_181347.csv"))?,
         ),
         motor(
             "speed of a motor, ESC32",
-            rows_of_controller(&stand.join("esc32v3_f60-1.csv"))?,
+            &rows_of_controller(&stand.join("esc32v3_f60-1.csv"))?,
         ),
         Table {
             name: "thrust of a Crazyflie, next row",
@@ -142,7 +142,7 @@ fn increasing(rows: Vec<[f64; 3]>) -> Rows {
     }
 }
 
-fn divided(rows: Rows) -> (Rows, Rows) {
+fn divided(rows: &Rows) -> (Rows, Rows) {
     let at = (TRAINING * rows.time.len() as f64) as usize;
     let part = |range: std::ops::Range<usize>| Rows {
         time: rows.time[range.clone()].to_vec(),
