@@ -22,6 +22,8 @@ pub(crate) enum Corruption {
     Proportional(f64),
     /// White noise of 0.2 % and then rounding to steps of percent.
     Quantised(f64),
+    /// Rounding to steps of percent, and nothing else: an encoder.
+    Encoder(f64),
     /// White noise of 1 %; percent of the values are off by 3 to 10 standard deviations.
     Outliers(f64),
     /// White noise of 1 %; percent of the rows are NaN.
@@ -47,6 +49,7 @@ impl Corruption {
             Self::HeavyTails(p) => format!("Student t(2) {p} %"),
             Self::Proportional(p) => format!("proportional {p} %"),
             Self::Quantised(p) => format!("quantised {p} %"),
+            Self::Encoder(p) => format!("encoder, steps of {p} %"),
             Self::Outliers(p) => format!("outliers {p} %"),
             Self::Missing(p) => format!("NaN rows {p} %"),
             Self::Rates(rows) => format!("rates {rows:?}"),
@@ -65,7 +68,7 @@ impl Corruption {
             Self::Autoregressive(..) => "coloured noise (AR)",
             Self::Walk(_) => "random walk",
             Self::HeavyTails(_) => "heavy tails",
-            Self::Quantised(_) => "quantised",
+            Self::Quantised(_) | Self::Encoder(_) => "quantised",
             Self::Outliers(_) => "outliers",
             Self::Missing(_) => "missing rows",
             Self::Rates(_) => "different rates",
@@ -101,11 +104,9 @@ impl Corruption {
                 }
                 Self::Quantised(p) => {
                     white(column, 0.002 * sd[i], rng);
-                    let step = 0.01 * p * sd[i];
-                    column
-                        .iter_mut()
-                        .for_each(|v| *v = (*v / step).round() * step);
+                    round(column, 0.01 * p * sd[i]);
                 }
+                Self::Encoder(p) => round(column, 0.01 * p * sd[i]),
                 Self::Outliers(p) => {
                     white(column, 0.01 * sd[i], rng);
                     for v in column.iter_mut() {
@@ -142,6 +143,12 @@ pub(crate) fn normal(rng: &mut Pcg64) -> f64 {
 
 fn white(column: &mut [f64], size: f64, rng: &mut Pcg64) {
     column.iter_mut().for_each(|v| *v += size * normal(rng));
+}
+
+fn round(column: &mut [f64], step: f64) {
+    column
+        .iter_mut()
+        .for_each(|v| *v = (*v / step).round() * step);
 }
 
 fn autoregressive(column: &mut [f64], phi: f64, size: f64, rng: &mut Pcg64) {

@@ -5,12 +5,14 @@
 
 mod beside;
 mod corruption;
+mod data;
+mod diffusion;
 mod problems;
 mod pysindy;
 mod score;
 mod simulate;
-mod stiff;
 mod systems;
+mod tables;
 
 use std::error::Error;
 use std::fs::File;
@@ -19,16 +21,16 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rand::SeedableRng;
-use rand_pcg::Pcg64;
 use rayon::prelude::*;
-use serde_json::json;
-use sindy::{Dataset, Identify, Library, SindyError, identify::Settings};
+use sindy::identify::{NoiseSource, Settings};
+use sindy::{Dataset, Identify, SindyError};
 
+use corruption::Corruption;
+use data::{library, rows, write};
+use diffusion::Diffusion;
 use problems::{PROBLEMS, Problem};
 use score::{Fitted, row, summary};
-use simulate::Rows;
-use systems::{Candidates, Clock};
+use systems::{Clock, Task};
 
 type Failure = Box<dyn Error + Send + Sync>;
 
@@ -37,7 +39,7 @@ const SEEDS: u64 = 5;
 
 /// What the command line asks for.
 struct Options {
-    /// Parts of names, one of which a problem has to contain.
+    /// Parts of names, one of which a problem's name or class has to contain.
     only: Vec<String>,
     seeds: Range<u64>,
     json: Option<PathBuf>,
@@ -48,29 +50,55 @@ struct Options {
 
 fn main() -> Result<(), Failure> {
     let options = options()?;
-    let wanted = |p: &&Problem| {
-        let name = p.name();
-        options.only.is_empty() || options.only.iter().any(|part| name.contains(part))
+    let is_asked = |name: &str, class: &str| {
+        let has = |part: &String| name.contains(part) || class.contains(part.as_str());
+        options.only.is_empty() || options.only.iter().any(has)
     };
-    let chosen: Vec<&Problem> = PROBLEMS.iter().filter(wanted).collect();
+    let problems = PROBLEMS.iter();
+    let chosen: Vec<&Problem> = problems
+        .filter(|p| is_asked(&p.name(), p.class()))
+        .collect();
     if let Some(folder) = &options.write {
         for problem in chosen {
             write(problem, options.seeds.clone(), folder)?;
         }
         return Ok(());
     }
+    let mut tables = tables::all()?;
+    tables.retain(|t| is_asked(t.name, tables::CLASS));
     let file = options
         .json
         .as_ref()
         .map(std::fs::File::create)
         .transpose()?;
-    let ours = ours(&chosen, &options, file.as_ref())?;
-    let theirs = match pysindy::available(&options.python) {
-        Ok(()) => theirs(&chosen, &options, file.as_ref())?,
+    let python = match pysindy::available(&options.python) {
+        Ok(()) => Some(options.python.as_path()),
         Err(why) => {
             println!("PySINDy is skipped: {why}\n");
-            Vec::new()
+            None
         }
+    };
+    if !chosen.is_empty() {
+        report(&chosen, &options, python, file.as_ref())?;
+    }
+    if !tables.is_empty() {
+        let line = |value: &serde_json::Value| line(file.as_ref(), value);
+        println!("\n{}", tables::report(&tables, python, line)?);
+    }
+    Ok(())
+}
+
+/// Fits all problems and prints what came of it.
+fn report(
+    chosen: &[&Problem],
+    options: &Options,
+    python: Option<&Path>,
+    file: Option<&File>,
+) -> Result<(), Failure> {
+    let ours = ours(chosen, options, file)?;
+    let theirs = match python {
+        Some(_) => theirs(chosen, options, file)?,
+        None => Vec::new(),
     };
     let more = |line: &str| {
         if theirs.is_empty() {
@@ -92,8 +120,11 @@ fn main() -> Result<(), Failure> {
         .flat_map(|(p, fits)| fits.iter().map(|f| (*p, f)))
         .collect();
     println!("{}", summary(&all));
+    if let Some(table) = diffusion::table(chosen, &ours) {
+        println!("\n{table}");
+    }
     if !theirs.is_empty() {
-        println!("\n{}", beside::report(&chosen, &ours, &theirs));
+        println!("\n{}", beside::report(chosen, &ours, &theirs));
     }
     Ok(())
 }
@@ -191,104 +222,50 @@ fn options() -> Result<Options, Failure> {
     Ok(out)
 }
 
-/// A stream of random numbers for each problem and seed (FNV-1a of the name).
-fn random(problem: &Problem, seed: u64) -> Pcg64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for byte in problem.name().bytes() {
-        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-    }
-    Pcg64::seed_from_u64(hash.wrapping_add(seed))
-}
-
-/// The spoilt rows of a problem.
-fn rows(problem: &Problem, seed: u64) -> Result<Vec<Rows>, SindyError> {
-    let mut rng = random(problem, seed);
-    let still = vec![0.0; problem.system.states.len()];
-    let clean = simulate::simulate(&problem.system, problem.corruption, &still, &mut rng)?;
-    let sd = simulate::scatter(&clean);
-    let process = 0.01 * problem.corruption.process();
-    let mut rows = if process > 0.0 {
-        let drive: Vec<f64> = sd.iter().map(|sd| process * sd).collect();
-        simulate::simulate(&problem.system, problem.corruption, &drive, &mut rng)?
-    } else {
-        clean
-    };
-    for run in &mut rows {
-        problem.corruption.apply(&mut run.states, &sd, &mut rng);
-    }
-    Ok(rows)
-}
-
-/// The candidate terms of a problem.
-fn library(problem: &Problem) -> Result<Library, SindyError> {
+/// The defaults, and what a problem says of itself: that it is a map, that velocities are not measured, that a diffusion is looked for.
+fn settings(problem: &Problem) -> Settings {
     let system = &problem.system;
-    let names: Vec<&str> = system.states.iter().chain(system.inputs).copied().collect();
-    let all = match system.candidates {
-        Candidates::Degree(degree) => Library::polynomial(&names, degree)?,
-        Candidates::Terms(terms) => Library::parse(terms)?,
-    };
-    let lacking: Vec<usize> = (0..all.len())
-        .filter(|&j| problem.without.contains(&all.names()[j].as_str()))
-        .collect();
-    Ok(all.without(&lacking))
+    let names = |of: &[&str]| of.iter().map(ToString::to_string).collect();
+    Settings {
+        discrete: system.clock == Clock::Map,
+        second_order: match system.task {
+            Task::Positions => names(system.measured()),
+            Task::States | Task::Hybrid | Task::Diffusion(_) => Vec::new(),
+        },
+        noise: match (system.task, problem.corruption) {
+            (Task::Diffusion(_), Corruption::None) => NoiseSource::Process,
+            (Task::Diffusion(_), _) => NoiseSource::Both,
+            _ => NoiseSource::Automatic,
+        },
+        diffusion: match system.task {
+            Task::Diffusion(_) => vec![diffusion::CANDIDATES.into()],
+            _ => Vec::new(),
+        },
+        ..Settings::default()
+    }
 }
 
 fn fit(problem: &Problem, seed: u64) -> Result<Fitted, SindyError> {
-    let mut data = Dataset::new(problem.system.states, problem.system.inputs)?;
+    let system = &problem.system;
+    let mut data = Dataset::new(system.measured(), system.inputs)?;
     for (k, run) in rows(problem, seed)?.into_iter().enumerate() {
         let columns = [run.states, run.inputs].concat();
         data.push(format!("run {k}"), run.time, columns, None)?;
     }
-    let settings = Settings {
-        discrete: problem.system.clock == Clock::Map,
-        ..Settings::default()
+    let identify = |settings| -> Result<_, SindyError> {
+        let identify = Identify::new(library(problem)?).settings(settings)?;
+        Ok(identify.run(&data, &mut |_| ()))
     };
+    let settings = settings(problem);
     let begun = Instant::now();
-    let found = Identify::new(library(problem)?)
-        .settings(settings)?
-        .run(&data, &mut |_| ());
-    Fitted::new(problem, seed, found, begun.elapsed().as_secs_f64())
-}
-
-/// The same rows as files, for other programs: in a folder of the problem one for each seed, with one CSV file for each
-/// trajectory, and `problem.json`. Returns the problem's folder.
-fn write(problem: &Problem, seeds: Range<u64>, folder: &Path) -> Result<PathBuf, Failure> {
-    let system = &problem.system;
-    let name = problem
-        .name()
-        .replace(|c: char| !c.is_ascii_alphanumeric(), "_");
-    let names: Vec<&str> = [&["t"], system.states, system.inputs].concat();
-    let degree = match system.candidates {
-        Candidates::Degree(degree) if problem.is_complete() => Some(degree),
-        _ => None,
-    };
-    let about = json!({
-        "name": problem.name(),
-        "states": system.states,
-        "inputs": system.inputs,
-        "degree": degree,
-        "library": library(problem)?.names(),
-        "truth": system.truth,
-        "discrete": system.clock == Clock::Map,
-        "complete": problem.is_complete(),
-    });
-    let all = folder.join(name);
-    for seed in seeds {
-        let folder = all.join(seed.to_string());
-        std::fs::create_dir_all(&folder)?;
-        for (k, run) in rows(problem, seed)?.iter().enumerate() {
-            let mut text = names.join(",") + "\n";
-            for row in 0..run.time.len() {
-                let values = run.states.iter().chain(&run.inputs).map(|c| c[row]);
-                let cells: Vec<String> = std::iter::once(run.time[row])
-                    .chain(values)
-                    .map(|v| v.to_string())
-                    .collect();
-                text += &(cells.join(",") + "\n");
-            }
-            std::fs::write(folder.join(format!("run{k}.csv")), text)?;
-        }
-        std::fs::write(folder.join("problem.json"), format!("{about}\n"))?;
+    let found = identify(settings.clone())?;
+    let mut fitted = Fitted::new(problem, seed, &found, begun.elapsed().as_secs_f64())?;
+    if let (Some(truth), Ok(found)) = (simulate::diffusions(system)?, &found) {
+        let constant = identify(Settings {
+            diffusion: Vec::new(),
+            ..settings
+        })?;
+        fitted.diffusion = Some(Diffusion::new(&truth, found, constant)?);
     }
-    Ok(all)
+    Ok(fitted)
 }

@@ -1,7 +1,6 @@
 //! The problems: a system, what is done to its data, and terms that its library lacks.
 
 use crate::corruption::Corruption::{self, *};
-use crate::stiff::*;
 use crate::systems::*;
 
 /// One problem.
@@ -24,6 +23,12 @@ impl Problem {
 
     /// What it asks of a program.
     pub(crate) fn class(&self) -> &'static str {
+        match self.system.task {
+            Task::Positions => return "position only",
+            Task::Hybrid => return "hybrid",
+            Task::Diffusion(_) => return "state-dependent diffusion",
+            Task::States => {}
+        }
         match self.system.clock {
             Clock::Map => "maps",
             Clock::Logarithmic(..) => "stiff",
@@ -134,6 +139,31 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     of(GROUND_EFFECT, White(10.0)),
     of(GROUND_EFFECT, White(20.0)),
     of(GROUND_EFFECT, Autoregressive(0.5, 10.0)),
+    of(PENDULUM_POSITION, White(1.0)),
+    of(DUFFING_POSITION, White(1.0)),
+    of(VAN_DER_POL_POSITION, White(1.0)),
+    of(COUPLED_POSITIONS, White(1.0)),
+    of(PENDULUM_POSITION, Autoregressive(0.5, 2.0)),
+    of(DUFFING_POSITION, Autoregressive(0.5, 2.0)),
+    of(VAN_DER_POL_POSITION, Autoregressive(0.5, 2.0)),
+    of(COUPLED_POSITIONS, Autoregressive(0.5, 2.0)),
+    of(PENDULUM_POSITION, Encoder(1.0)),
+    of(DUFFING_POSITION, Encoder(1.0)),
+    of(VAN_DER_POL_POSITION, Encoder(1.0)),
+    of(COUPLED_POSITIONS, Encoder(1.0)),
+    of(RELAY, White(1.0)),
+    of(STOP, White(1.0)),
+    of(DRY_FRICTION, White(1.0)),
+    of(RELAY, Autoregressive(0.9, 0.5)),
+    of(STOP, Autoregressive(0.9, 0.5)),
+    of(DRY_FRICTION, Autoregressive(0.9, 0.5)),
+    of(BLACK_SCHOLES, None),
+    of(MEAN_REVERSION, None),
+    of(ORNSTEIN_UHLENBECK, None),
+    of(LANGEVIN, None),
+    of(COX_INGERSOLL_ROSS, None),
+    of(DEMOGRAPHIC, None),
+    of(LANGEVIN, White(3.0)),
     lacks(PENDULUM, White(1.0), &["sin(q)"]),
     lacks(BRUSSELATOR, White(1.0), &["x^2*y"]),
     lacks(VAN_DER_POL, White(1.0), &["x^2*y"]),
@@ -146,6 +176,11 @@ pub(crate) const PROBLEMS: &[Problem] = &[
     lacks(SELKOV, Walk(2.0), &["x^2*y"]),
     lacks(LORENZ, Rates(&[1, 5, 10]), &["x*z"]),
     lacks(PENDULUM, Rates(&[1, 10]), &["sin(q)"]),
+    lacks(PENDULUM_POSITION, White(1.0), &["sin(q)"]),
+    lacks(DUFFING_POSITION, White(1.0), &["x^3"]),
+    lacks(RELAY, White(1.0), &["sign(x)"]),
+    lacks(STOP, White(1.0), &["max(x - 1, 0)"]),
+    lacks(DRY_FRICTION, White(1.0), &["tanh(20*v)"]),
     lacks(HENON, Process(0.5), &["x^2"]),
     lacks(VAN_DER_POL, Process(2.0), &["x^2*y"]),
     lacks(DUFFING, Process(2.0), &["x^3"]),

@@ -11,7 +11,7 @@ use sindy::model::Term;
 
 use crate::Failure;
 use crate::problems::Problem;
-use crate::score::{Difference, median};
+use crate::score::{Difference, median, scored};
 use crate::simulate::truth;
 
 /// The version that is compared with.
@@ -70,11 +70,13 @@ impl Fits {
 
 /// A line of the script's output.
 #[derive(Deserialize)]
-struct Answer {
+pub(crate) struct Answer {
     seed: u64,
-    setting: String,
-    equations: Option<Vec<Map<String, Value>>>,
-    error: Option<String>,
+    pub(crate) setting: String,
+    /// Coefficients by term, for each state.
+    pub(crate) equations: Option<Vec<Map<String, Value>>>,
+    /// Why there are none.
+    pub(crate) error: Option<String>,
 }
 
 /// Why the interpreter cannot be used, if it cannot.
@@ -95,13 +97,8 @@ pub(crate) fn available(python: &Path) -> Result<(), String> {
     ))
 }
 
-/// PySINDy's fits of the rows in a folder, one thread.
-pub(crate) fn fits(
-    python: &Path,
-    folder: &Path,
-    problem: &Problem,
-    seeds: Range<u64>,
-) -> Result<Fits, Failure> {
+/// What PySINDy makes of the rows in a folder, one thread.
+pub(crate) fn answers(python: &Path, folder: &Path, name: &str) -> Result<Vec<Answer>, Failure> {
     let run = Command::new(python)
         .arg(SCRIPT)
         .arg(folder)
@@ -110,12 +107,23 @@ pub(crate) fn fits(
         .output()?;
     if !run.status.success() {
         let words = String::from_utf8_lossy(&run.stderr);
-        return Err(format!("PySINDy on {}: {words}", problem.name()).into());
+        return Err(format!("PySINDy on {name}: {words}").into());
     }
+    let text = String::from_utf8(run.stdout)?;
+    let answers = text.lines().map(serde_json::from_str);
+    Ok(answers.collect::<Result<_, _>>()?)
+}
+
+/// PySINDy's fits of a problem, whose rows are in a folder.
+pub(crate) fn fits(
+    python: &Path,
+    folder: &Path,
+    problem: &Problem,
+    seeds: Range<u64>,
+) -> Result<Fits, Failure> {
     let truth = truth(&problem.system)?;
     let mut settings: Vec<Setting> = Vec::new();
-    for line in String::from_utf8(run.stdout)?.lines() {
-        let answer: Answer = serde_json::from_str(line)?;
+    for answer in answers(python, folder, &problem.name())? {
         let known = settings.iter().position(|s| s.name == answer.setting);
         let at = known.unwrap_or_else(|| {
             settings.push(Setting {
@@ -126,10 +134,10 @@ pub(crate) fn fits(
             settings.len() - 1
         });
         match answer.equations {
-            Some(equations) => {
-                let found = equations.iter().map(terms).collect::<Result<Vec<_>, _>>()?;
+            Some(found) => {
+                let found = equations(&found)?;
                 let k = usize::try_from(answer.seed - seeds.start)?;
-                settings[at].fits[k] = Difference::new(&truth, &found);
+                settings[at].fits[k] = scored(problem, &truth, &found);
             }
             None => settings[at].failure = answer.error,
         }
@@ -145,6 +153,11 @@ pub(crate) fn fits(
         default,
         best,
     })
+}
+
+/// Of all states.
+pub(crate) fn equations(found: &[Map<String, Value>]) -> Result<Vec<Vec<Term>>, SindyError> {
+    found.iter().map(terms).collect()
 }
 
 fn terms(equation: &Map<String, Value>) -> Result<Vec<Term>, SindyError> {

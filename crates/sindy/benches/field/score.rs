@@ -5,6 +5,7 @@ use sindy::SindyError;
 use sindy::identify::Identification;
 use sindy::model::{Model, Term};
 
+use crate::diffusion::Diffusion;
 use crate::problems::Problem;
 use crate::simulate::truth;
 
@@ -42,10 +43,10 @@ impl Difference {
         worst: f64::INFINITY,
     };
 
-    pub(crate) fn new(truth: &Model, found: &[Vec<Term>]) -> Self {
+    pub(crate) fn new(truth: &[Vec<Term>], found: &[Vec<Term>]) -> Self {
         let mut wrong = (0, 0);
         let (mut square, mut norm, mut worst) = (0.0, 0.0, 0.0_f64);
-        for (own, answer) in found.iter().zip(truth.equations()) {
+        for (own, answer) in found.iter().zip(truth) {
             for t in answer {
                 norm += t.coefficient * t.coefficient;
                 let at = own.iter().find(|o| o.expression == t.expression);
@@ -74,12 +75,20 @@ impl Difference {
     }
 }
 
+/// The difference of the equations that are looked for.
+pub(crate) fn scored(problem: &Problem, truth: &Model, found: &[Vec<Term>]) -> Difference {
+    let from = problem.system.scored();
+    Difference::new(&truth.equations()[from..], &found[from..])
+}
+
 /// One fit, scored.
 pub(crate) struct Fitted {
     seed: u64,
     pub(crate) difference: Difference,
     /// True coefficients in their intervals, and intervals; of exact fits.
     held: (usize, usize),
+    /// Where it is looked for, and there is a fit.
+    pub(crate) diffusion: Option<Diffusion>,
     doubts: bool,
     warnings: Vec<String>,
     model: String,
@@ -91,28 +100,28 @@ impl Fitted {
     pub(crate) fn new(
         problem: &Problem,
         seed: u64,
-        found: Result<Identification, SindyError>,
+        found: &Result<Identification, SindyError>,
         seconds: f64,
     ) -> Result<Self, SindyError> {
         let found = match found {
             Ok(found) => found,
-            Err(error) => return Ok(Self::failed(seed, &error, seconds)),
+            Err(error) => return Ok(Self::failed(seed, error, seconds)),
         };
         let truth = truth(&problem.system)?;
-        let difference = Difference::new(&truth, found.model.equations());
-        let doubts = |w: &String| DOUBTS.iter().any(|d| w.contains(d));
+        let difference = scored(problem, &truth, found.model.equations());
         Ok(Self {
             seed,
             held: if difference.is_exact() {
-                held(&truth, &found)
+                held(&truth, found)
             } else {
                 (0, 0)
             },
             difference,
-            doubts: found.warnings.iter().any(doubts) || !found.outcome.is_success(),
-            warnings: found.warnings,
+            doubts: is_doubted(found),
+            diffusion: None,
+            warnings: found.warnings.clone(),
             model: format!("{:.4}", found.model),
-            method: found.choice.method,
+            method: found.choice.method.clone(),
             seconds,
         })
     }
@@ -123,6 +132,7 @@ impl Fitted {
             seed,
             difference: Difference::NO_MODEL,
             held: (0, 0),
+            diffusion: None,
             doubts: true,
             warnings: vec![error.to_string()],
             model: String::new(),
@@ -143,6 +153,7 @@ impl Fitted {
             "worst_coefficient": self.difference.worst,
             "intervals_held": self.held.0,
             "intervals": self.held.1,
+            "diffusion": self.diffusion.as_ref().map(Diffusion::json),
             "doubts": self.doubts,
             "method": self.method,
             "warnings": self.warnings,
@@ -150,6 +161,12 @@ impl Fitted {
             "seconds": self.seconds,
         })
     }
+}
+
+/// Whether a warning calls the model into question, or it did not converge.
+pub(crate) fn is_doubted(found: &Identification) -> bool {
+    let doubts = |w: &String| DOUBTS.iter().any(|d| w.contains(d));
+    found.warnings.iter().any(doubts) || !found.outcome.is_success()
 }
 
 /// True coefficients in their intervals, and intervals.

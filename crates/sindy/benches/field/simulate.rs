@@ -1,4 +1,5 @@
-//! True trajectories of a system, by Runge–Kutta of order 4; driven by noise, by Heun's method.
+//! True trajectories of a system, by Runge–Kutta of order 4; driven by noise, by Heun's method; driven by noise whose size depends
+//! on the state, by the method of Euler and Maruyama.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -6,7 +7,7 @@ use sindy::SindyError;
 use sindy::model::{Evaluator, Inputs, Model, Term, Time};
 
 use crate::corruption::{Corruption, normal};
-use crate::systems::{Clock, System};
+use crate::systems::{Clock, Equations, System, Task};
 
 /// Rows of one trajectory.
 pub(crate) struct Rows {
@@ -19,16 +20,24 @@ pub(crate) struct Rows {
 
 /// The true model.
 pub(crate) fn truth(system: &System) -> Result<Model, SindyError> {
+    model(system, system.truth)
+}
+
+/// The squared diffusions as equations of the states, where these are looked for.
+pub(crate) fn diffusions(system: &System) -> Result<Option<Model>, SindyError> {
+    match system.task {
+        Task::Diffusion(squares) => model(system, squares).map(Some),
+        _ => Ok(None),
+    }
+}
+
+fn model(system: &System, equations: Equations) -> Result<Model, SindyError> {
     let equation = |terms: &&[(&str, f64)]| terms.iter().map(|(t, c)| Term::parse(t, *c)).collect();
     let time = match system.clock {
         Clock::Map => Time::Discrete { period: 1.0 },
         _ => Time::Continuous,
     };
-    let equations = system
-        .truth
-        .iter()
-        .map(equation)
-        .collect::<Result<_, _>>()?;
+    let equations = equations.iter().map(equation).collect::<Result<_, _>>()?;
     Model::new(time, system.states, system.inputs, equations)
 }
 
@@ -77,11 +86,13 @@ pub(crate) fn simulate(
     rng: &mut Pcg64,
 ) -> Result<Vec<Rows>, SindyError> {
     let model = truth(system)?;
+    let squares = diffusions(system)?;
     let mut all = Vec::new();
     for (start, formulas) in system.runs {
         let time = times(system, corruption, rng);
         let inputs = Inputs::formulas(formulas)?;
         let mut eval = model.evaluator();
+        let mut squares = squares.as_ref().map(Model::evaluator);
         let mut states = vec![Vec::with_capacity(time.len()); start.len()];
         let mut columns = vec![Vec::with_capacity(time.len()); formulas.len()];
         let mut x = start.to_vec();
@@ -93,6 +104,10 @@ pub(crate) fn simulate(
                 column.push(value);
             }
             let Some(next) = time.get(k + 1) else { break };
+            if let Some(squares) = &mut squares {
+                diffuse(system.substeps, (&mut eval, squares), &mut x, next - t, rng);
+                continue;
+            }
             match system.clock {
                 Clock::Map => {
                     let before = x.clone();
@@ -111,6 +126,25 @@ pub(crate) fn simulate(
         });
     }
     Ok(all)
+}
+
+/// So long in so many steps of Euler and Maruyama, with the evaluators of drift and squared diffusion.
+fn diffuse(
+    steps: usize,
+    (drift, squares): (&mut Evaluator<'_>, &mut Evaluator<'_>),
+    x: &mut [f64],
+    duration: f64,
+    rng: &mut Pcg64,
+) {
+    let h = duration / steps as f64;
+    let (mut f, mut q) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    for _ in 0..steps {
+        drift.eval(x, &[], &mut f);
+        squares.eval(x, &[], &mut q);
+        for (x, (f, q)) in x.iter_mut().zip(f.iter().zip(&q)) {
+            *x += f * h + (q * h).sqrt() * normal(rng);
+        }
+    }
 }
 
 /// From one time to the next in so many steps.

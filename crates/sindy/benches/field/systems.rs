@@ -1,5 +1,20 @@
 //! Systems with known equations. None of them was used to choose a setting.
 
+mod diffusions;
+mod hybrid;
+mod maps;
+mod positions;
+mod stiff;
+
+pub(crate) use diffusions::*;
+pub(crate) use hybrid::*;
+pub(crate) use maps::*;
+pub(crate) use positions::*;
+pub(crate) use stiff::*;
+
+/// The terms of each equation with their coefficients.
+pub(crate) type Equations = &'static [&'static [(&'static str, f64)]];
+
 /// Where candidate terms come from.
 #[derive(Clone, Copy)]
 pub(crate) enum Candidates {
@@ -19,13 +34,26 @@ pub(crate) enum Clock {
     Map,
 }
 
+/// What is measured and looked for.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Task {
+    /// All states are measured.
+    States,
+    /// The first half of the states, positions. The other half are their velocities, and `x' = x_dot` is known.
+    Positions,
+    /// All states are measured; their equations switch.
+    Hybrid,
+    /// All states are measured. They are driven by noise with these squared diffusions, which are looked for too.
+    Diffusion(Equations),
+}
+
 /// A system, its library and its trajectories.
 #[derive(Clone, Copy)]
 pub(crate) struct System {
     pub(crate) name: &'static str,
     pub(crate) states: &'static [&'static str],
     pub(crate) inputs: &'static [&'static str],
-    pub(crate) truth: &'static [&'static [(&'static str, f64)]],
+    pub(crate) truth: Equations,
     pub(crate) candidates: Candidates,
     /// Start and formulas of the inputs, for each trajectory.
     pub(crate) runs: &'static [(&'static [f64], &'static [&'static str])],
@@ -36,6 +64,25 @@ pub(crate) struct System {
     pub(crate) longest: f64,
     /// Inputs keep the value of a row until the next.
     pub(crate) held: bool,
+    pub(crate) task: Task,
+}
+
+impl System {
+    /// The states that are measured, the first ones.
+    pub(crate) fn measured(&self) -> &'static [&'static str] {
+        match self.task {
+            Task::States | Task::Hybrid | Task::Diffusion(_) => self.states,
+            Task::Positions => &self.states[..self.states.len() / 2],
+        }
+    }
+
+    /// The first equation that is scored: those before it are known.
+    pub(crate) fn scored(&self) -> usize {
+        match self.task {
+            Task::States | Task::Hybrid | Task::Diffusion(_) => 0,
+            Task::Positions => self.states.len() / 2,
+        }
+    }
 }
 
 /// What most systems here share.
@@ -51,6 +98,7 @@ pub(crate) const PLAIN: System = System {
     substeps: 20,
     longest: f64::INFINITY,
     held: false,
+    task: Task::States,
 };
 
 pub(crate) const BRUSSELATOR: System = System {
@@ -209,36 +257,6 @@ pub(crate) const DOUBLE_WELL: System = System {
     runs: &[(&[0.1], &[]), (&[-0.1], &[]), (&[2.0], &[]), (&[-1.8], &[])],
     clock: Clock::Every(0.02),
     rows: 1000,
-    ..PLAIN
-};
-
-pub(crate) const HENON: System = System {
-    name: "Henon map",
-    truth: &[&[("1", 1.0), ("x^2", -1.4), ("y", 1.0)], &[("x", 0.3)]],
-    runs: &[(&[0.1, 0.1], &[])],
-    clock: Clock::Map,
-    rows: 600,
-    ..PLAIN
-};
-
-pub(crate) const LOGISTIC: System = System {
-    name: "logistic map",
-    states: &["x"],
-    truth: &[&[("x", 3.8), ("x^2", -3.8)]],
-    candidates: Candidates::Degree(5),
-    runs: &[(&[0.3], &[]), (&[0.77], &[])],
-    clock: Clock::Map,
-    rows: 300,
-    ..PLAIN
-};
-
-/// The logistic map with a memory of one step.
-pub(crate) const DELAYED_LOGISTIC: System = System {
-    name: "delayed logistic map",
-    truth: &[&[("x", 2.2), ("x*y", -2.2)], &[("x", 1.0)]],
-    runs: &[(&[0.3, 0.3], &[]), (&[0.6, 0.5], &[]), (&[0.2, 0.4], &[])],
-    clock: Clock::Map,
-    rows: 100,
     ..PLAIN
 };
 

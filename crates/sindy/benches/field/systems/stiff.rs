@@ -1,6 +1,6 @@
 //! Stiff systems, whose rows are evenly spaced in the logarithm of time.
 
-use crate::systems::{Candidates, Clock, PLAIN, System};
+use super::{Candidates, Clock, PLAIN, System};
 
 /// Relative shares of the species, the second in units of 1e-5.
 pub(crate) const ROBERTSON: System = System {
