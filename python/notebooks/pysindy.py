@@ -54,11 +54,11 @@ oscillator.print()
 print(len(ensemble.coef_list), "models")
 
 # %% [markdown]
-# Kinds that are not there fail at once, before any data are read: Bayesian regression, for example, has [intervals by resampling in its place](../how-to/python.md#slopes-the-weak-form-proofs-and-intervals).
+# Kinds that are not there fail at once, before any data are read:
 
 # %%
 try:
-    ps.SBR
+    ps.ParameterizedLibrary
 except AttributeError as error:
     print(error)
 

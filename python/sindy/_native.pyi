@@ -171,6 +171,9 @@ def bootstrap_columns(
     period: float | None = None,
     jobs: int | None = None,
 ) -> _Bootstrapped: ...
+def sample_horseshoe(
+    products: _Array, with_targets: _Array, squares: list[float], rows: int, settings_json: str
+) -> tuple[list[tuple[list[float], _Array, _Array]], list[list[float]], str | None]: ...
 def band_of_predictions(
     members: list[Model], x: _Array, u: _Array | None, level: float, jobs: int | None = None
 ) -> _Band: ...

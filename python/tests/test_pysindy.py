@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -185,7 +186,7 @@ def test_analytic_simulations_with_inputs() -> None:
 
 
 def test_regress_what_is_not_there_is_refused() -> None:
-    assert not hasattr(ps, "SBR")
+    assert not hasattr(ps, "ParameterizedLibrary")
     with pytest.raises(ImportError):
         from sindy.pysindy import ParameterizedLibrary  # type: ignore[attr-defined]  # noqa: F401
     with pytest.raises(ValueError, match="inequality_constraints"):
@@ -314,3 +315,54 @@ def test_xval_pysindy_stable_linear() -> None:
     # Its solver's tolerance is 1e-5, ours 1e-8.
     np.testing.assert_allclose(found.coef_, [[-0.06283146, 1.99279057], [-1.99823204, -0.05451431]], atol=1e-6)
     np.testing.assert_allclose(found.coef_full_, [[-0.10415858, 1.99279057], [-1.99823204, -0.09584142]], atol=1e-6)
+
+
+def rows_of_sbr() -> tuple[Array, Array]:
+    i = np.arange(60.0)
+    t = 0.1 * i
+    columns = [np.ones(60), np.sin(t), np.cos(2 * t), np.sin(t) * np.cos(2 * t), 10 * np.sin(0.7 * t) ** 2, 0.1 * np.cos(3 * t)]
+    x = np.column_stack(columns)
+    noise = 0.02 * np.sin(17 * i) + 0.05 * np.cos(5.3 * i * i)
+    return x, 0.5 + x @ [0.0, 1.2, 0.06, 0.0, -0.08, 3.0] + noise
+
+
+def test_xval_pysindy_posterior() -> None:
+    # PySINDy 2.1.0 with numpyro 0.22.0 in double precision: SBR(num_warmup=2000, num_samples=25000, mcmc_kwargs={"num_chains": 4,
+    # "seed": 1}, nuts_kwargs={"target_accept_prob": 0.99, "max_tree_depth": 12}).fit(x, y), mean and deviation of the draws.
+    means = [0.49958195, 1.19692452, 0.05631332, 0.00550122, -0.08000711, 3.09028264]
+    deviations = np.array([0.00940506, 0.00965832, 0.00666511, 0.01205363, 0.00185182, 0.06642668])
+    x, y = rows_of_sbr()
+    found = ps.SBR(mcmc_kwargs={"num_chains": 4, "progress_bar": False}).fit(x, y)
+    draws = found.mcmc_.get_samples()
+    # A twentieth of a deviation: five errors of means of 20 000 draws worth at least 10 000 each.
+    assert (np.abs(found.coef_[0] - means) < 0.05 * deviations).all()
+    np.testing.assert_allclose(draws["beta"].std(axis=0)[0], deviations, rtol=0.05)
+    assert draws["beta"].shape == draws["lambda"].shape == (20_000, 1, 6)
+    assert draws["tau"].shape == draws["c_sq"].shape == draws["sigma"].shape == (20_000,)
+    by_chain = found.mcmc_.get_samples(group_by_chain=True)
+    np.testing.assert_array_equal(by_chain["beta"][1], draws["beta"][5000:10_000])
+    assert found.mcmc_.warning is None
+
+
+def test_prop_posterior_by_seed_targets_and_units() -> None:
+    x, y = rows_of_sbr()
+    both = np.column_stack([y, -2.0 * y])
+    optimizer = ps.SBR(num_warmup=100, num_samples=400, mcmc_kwargs={"seed": 3})
+    first, again = optimizer.fit(x, both).coef_, clone(optimizer).fit(x, both).coef_
+    np.testing.assert_array_equal(first, again)
+    assert first.shape == (2, 6)
+    # Each shrinks by some per cent at most, against other prior widths.
+    np.testing.assert_allclose(first[1], -2.0 * first[0], atol=0.05)
+    # Coefficients come back in the units of the terms.
+    scaled = ps.SBR(num_warmup=100, num_samples=400, normalize_columns=True, slab_shape_s=20).fit(x, y)
+    np.testing.assert_allclose(scaled.coef_[0], first[0], atol=0.05)
+    with pytest.warns(ConvergenceWarning, match="have not converged"):
+        ps.SBR(num_warmup=0, num_samples=3).fit(x, y)
+
+
+@pytest.mark.parametrize(
+    "params", [{"num_samples": 0}, {"mcmc_kwargs": {"num_chains": 0}}, {"mcmc_kwargs": {"thinning": 2}}, {"slab_shape_s": np.inf}]
+)
+def test_prop_settings_of_the_posterior_are_checked(params: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        ps.SBR(**params)

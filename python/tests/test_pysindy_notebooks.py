@@ -179,9 +179,9 @@ def test_prop_one_line_replaces_every_import() -> None:
         "from pysindy.feature_library import PolynomialLibrary\n"
         "import pysindy as ps, pysindy.differentiation, sindy\n"
         "assert ps is sindy.pysindy and ps.utils.lorenz is lorenz and ps.PolynomialLibrary is PolynomialLibrary\n"
-        "from pysindy import SBR\n"
+        "from pysindy import ParameterizedLibrary\n"
     )
-    assert done.stderr.strip().splitlines()[-1].startswith("ImportError: cannot import name 'SBR'"), done.stderr
+    assert done.stderr.strip().splitlines()[-1].startswith("ImportError: cannot import name 'ParameterizedLibrary'"), done.stderr
 
 
 def test_prop_the_line_is_refused_after_pysindy() -> None:
@@ -195,7 +195,7 @@ def test_prop_notebooks_run_with_one_line_changed(tmp_path: Path, monkeypatch: p
     monkeypatch.syspath_prepend(str(CONFORMANCE))
     monkeypatch.setenv("PYTHONPATH", str(Path(ps.__file__).parents[2]))
     notebooks = pytest.importorskip("notebooks")
-    sources = ["import pysindy as ps", "print(ps.SINDy.__module__)", "ps.SBR()", "print(1)"]
+    sources = ["import pysindy as ps", "print(ps.SINDy.__module__)", "ps.ParameterizedLibrary()", "print(1)"]
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(one) for one in sources])
     nbformat.write(book, tmp_path / "one.ipynb")
     found = notebooks.execute(tmp_path / "one.ipynb", layer=True, limit_s=120.0, every_cell=True)

@@ -33,6 +33,7 @@ mod error;
 mod field;
 mod fit;
 mod gram;
+mod horseshoe;
 mod library;
 mod model;
 mod partial;
@@ -57,6 +58,8 @@ mod _native {
     use crate::fit::{fit_columns, fit_slopes, identify};
     #[pymodule_export]
     use crate::gram::Gram;
+    #[pymodule_export]
+    use crate::horseshoe::sample_horseshoe;
     #[pymodule_export]
     use crate::library::Library;
     #[pymodule_export]

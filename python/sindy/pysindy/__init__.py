@@ -1,7 +1,7 @@
 """PySINDy 2.1's names and signatures over this package.
 
 ``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
-(`SBR`, for example) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have to be installed;
+(`ParameterizedLibrary`, for example) raise an `ImportError` or `AttributeError`. scikit-learn and SciPy have to be installed;
 `SINDyDerivative` also wants ``derivative``, and `SINDyPI`, `TrappingSR3`, `StableLinearSR3` and inequalities want ``clarabel``.
 
 Examples
@@ -41,6 +41,7 @@ from .feature_library import (
 from .optimizers import (
     FROLS,
     MIOSR,
+    SBR,
     SR3,
     SSR,
     STLSQ,
@@ -59,5 +60,5 @@ __all__ = [
     "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
     "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PDELibrary",
     "PolynomialLibrary", "SINDyPILibrary", "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS",
-    "MIOSR", "SINDyPI", "SR3", "SSR", "STLSQ", "StableLinearSR3", "TrappingSR3", "WeakPDELibrary", "WrappedOptimizer",
+    "MIOSR", "SBR", "SINDyPI", "SR3", "SSR", "STLSQ", "StableLinearSR3", "TrappingSR3", "WeakPDELibrary", "WrappedOptimizer",
 ]  # fmt: skip

@@ -4,6 +4,7 @@ from ._base import BaseOptimizer, EnsembleOptimizer, WrappedOptimizer
 from ._best import MIOSR
 from ._convex import SINDyPI
 from ._greedy import FROLS, SSR
+from ._sbr import SBR
 from ._sr3 import SR3, ConstrainedSR3
 from ._stable import StableLinearSR3
 from ._stlsq import STLSQ
@@ -15,6 +16,7 @@ __all__ = [
     "EnsembleOptimizer",
     "FROLS",
     "MIOSR",
+    "SBR",
     "SINDyPI",
     "SR3",
     "SSR",
