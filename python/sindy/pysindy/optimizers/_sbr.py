@@ -161,4 +161,4 @@ class SBR(BaseOptimizer):
             "lambda": np.stack([local.T for _, _, local in targets], axis=1),
         }
         draws |= {name: np.array(values) for name, values in zip(("tau", "c_sq", "sigma"), scales)}
-        self.mcmc_ = PosteriorDraws(draws, settings["chains"], warning)
+        self.mcmc_ = PosteriorDraws(draws, int(chains["num_chains"]), warning)
