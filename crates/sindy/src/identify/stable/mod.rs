@@ -81,7 +81,7 @@ impl StableCandidates {
             for term in library.terms() {
                 let form = TermForm::of(term, states).ok_or_else(|| {
                     let is_state = |v: &&str| states.iter().any(|s| s == v);
-                    let suited = match term.variables().iter().all(|v| is_state(v)) {
+                    let suited = match term.variables().iter().all(is_state) {
                         true => "poly(2)".to_owned(),
                         false => format!("poly(2, {}), and terms of the inputs", states.join(", ")),
                     };
