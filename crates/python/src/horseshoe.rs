@@ -34,12 +34,12 @@ impl Settings {
             self.slab_scale,
             self.noise_rate,
         )?;
-        Ok(Horseshoe::new(self.seed)
+        Horseshoe::new(self.seed)
             .prior(prior)
             .scaling(Scaling::None)
             .chains(self.chains)?
             .warm_up(self.warm_up)
-            .draws(self.draws)?)
+            .draws(self.draws)
     }
 }
 
