@@ -48,7 +48,7 @@ fn analytic_a_relation_holds_to_rounding_from_arguments_and_settings() {
             "{found}"
         );
     }
-    let wrong = run(&with(&fit, &["--constraint", "[x': v] = [v': x]"]));
+    let wrong = run(with(&fit, &["--constraint", "[x': v] = [v': x]"]));
     let warned = text(&wrong.stderr);
     assert!(
         warned.contains("the data contradict `[x': v] = [v': x]`"),
