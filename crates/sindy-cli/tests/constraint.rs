@@ -35,7 +35,7 @@ fn analytic_a_relation_holds_to_rounding_from_arguments_and_settings() {
     let settings = "[identify]\nconstraints = [\"[x': v] = -[v': x]\"]\n";
     let settings = write(folder.path(), "s.toml", settings);
     let fit = words("fit {} --states x,v", &[&data]);
-    let argument = with(&fit, &["--constraint", "2*[v': x] + 2*[x': v] = 0"]);
+    let argument = with(&fit, &["--constraint", "-2*[v': x] - 2*[x': v] = 0"]);
     let file = with(&fit, &["--settings", settings.to_str().unwrap()]);
     for args in [&argument, &file] {
         let found = json(0, args);

@@ -65,7 +65,7 @@ fn prop_rows_without_a_state_are_refused_where_every_row_needs_one() {
     let folder = tempfile::tempdir().unwrap();
     let keep = |column: usize, row: usize| row % [2, 10, 1][column] == column % 2;
     let data = write(folder.path(), "sensors.csv", &table(keep));
-    let none = "rows in succession that hold all states (in a stream states have one rate), found none among 2000";
+    let none = "rows in succession that hold all states (in a stream states have one rate, in memory they need not), found none among 2000";
     for (more, says) in [("--discrete", "at least 3"), ("--stream", none)] {
         let fit = format!("fit {{}} --states x,v --inputs u {more}");
         let error = fails(2, &words(&fit, &[&data]));

@@ -76,6 +76,7 @@ pub(crate) struct FitArgs {
     #[arg(
         long,
         value_name = "EXPRESSION",
+        allow_hyphen_values = true,
         conflicts_with_all = ["stream", "known", "sign", "second_order", "discrete"]
     )]
     pub(crate) conserve: Vec<String>,
@@ -87,6 +88,7 @@ pub(crate) struct FitArgs {
     #[arg(
         long,
         value_name = "RELATION",
+        allow_hyphen_values = true,
         conflicts_with_all = ["stream", "sign", "discrete"]
     )]
     pub(crate) constraint: Vec<String>,

@@ -7,7 +7,7 @@
 use super::follow::{FollowedModel, Search};
 use super::neighbours;
 use super::run::IdentificationRun;
-use super::{NoiseSource, Progress, ratio, uneven};
+use super::{NoiseSource, Progress, uneven};
 use crate::statistics::criteria::TWENTY_TO_ONE;
 use crate::trajectory::output_error::disturbed::{self, Innovations};
 use crate::trajectory::output_error::{
@@ -94,15 +94,14 @@ impl Surprises {
     /// That the size of disturbances depends on the state in a way that the model does not have.
     pub(super) fn warning_of_size(self, states: &[String]) -> Option<String> {
         let (i, p) = self.uneven?;
-        let p = ratio(p);
         let state = &states[i];
         Some(match self.with_diffusion {
             false => format!(
-                "squared prediction errors of {state} depend on the state (p = {p}): the disturbance has no constant variance. \
+                "squared prediction errors of {state} depend on the state (p = {p:.0e}): the disturbance has no constant variance. \
                  `--noise process --diffusion 'poly(2)'` (setting `diffusion`) finds its terms"
             ),
             true => format!(
-                "squared prediction errors of {state} still depend on the state (p = {p}): a term is not in the library of \
+                "squared prediction errors of {state} still depend on the state (p = {p:.0e}): a term is not in the library of \
                  `--diffusion`"
             ),
         })

@@ -74,13 +74,20 @@ pub(super) fn of(
 /// The state whose equation has this left side.
 pub(super) fn equation(left: &str, states: &[String], discrete: bool) -> Option<usize> {
     let name = match discrete {
-        true => left.strip_suffix("[k+1]")?.to_owned(),
+        true => unquoted(left.strip_suffix("[k+1]")?),
         false => match left.strip_suffix("''") {
-            Some(position) => velocity(position.trim()),
-            None => left.strip_suffix('\'')?.trim().to_owned(),
+            Some(position) => velocity(&unquoted(position)),
+            None => unquoted(left.strip_suffix('\'')?),
         },
     };
     states.iter().position(|s| *s == name)
+}
+
+/// A name as it is, or in the quotes that names with blanks and units have in expressions.
+fn unquoted(name: &str) -> String {
+    let name = name.trim();
+    let inner = name.strip_prefix('"').and_then(|n| n.strip_suffix('"'));
+    inner.map_or_else(|| name.to_owned(), |n| n.replace("\"\"", "\""))
 }
 
 /// An expression in a setting, whose fault names the setting.

@@ -80,6 +80,10 @@ pub(super) fn best(statistics: &Statistics, signs: &[Vec<Sign>]) -> Result<Vec<f
     let mut out = Vec::new();
     for (parts, signs) in statistics.grams.iter().zip(signs) {
         let total = Gram::total(parts);
+        // Of an equation that is known whole.
+        if total.xty.is_empty() {
+            continue;
+        }
         let rows = total.rows as f64 * statistics.independent;
         let found = signed_subsets(&total, signs, NODES)?;
         let chosen = found.choose(&total, Criterion::Bic, Some(rows))?;

@@ -143,17 +143,27 @@ fn candidate(
         )
     };
     let (left, term) = bracket.split_once(':').ok_or_else(shape)?;
-    let left = left.trim();
+    let (left, term) = (left.trim(), term.trim());
+    if term.is_empty() {
+        return Err(shape());
+    }
     let of = equation(left, states, false)
         .ok_or_else(|| refused(&left_sides(states, false, ":"), left))?;
-    let term = expression(KEY, term.trim())?;
+    let term = expression(KEY, term)?;
     if term.factors().0 != 1.0 {
         return Err(refused("a term without a factor in each bracket", text));
     }
     let library = &libraries[of];
+    if library.is_empty() {
+        let expected = format!("an equation that is not known (that of {} is)", states[of]);
+        return Err(refused(&expected, text));
+    }
     let at = library.terms().iter().position(|t| same_factors(t, &term));
     let at = at.ok_or_else(|| {
-        let expected = format!("a candidate term of {left}: {}", listed(library));
+        let expected = format!(
+            "a candidate term of {left}, without those that are known: {}",
+            listed(library)
+        );
         refused(&expected, text)
     })?;
     Ok(libraries[..of].iter().map(Library::len).sum::<usize>() + at)

@@ -53,7 +53,7 @@ impl Conserved {
         }
     }
 
-    /// A warning for each invariant and each relation that a likelier model does not keep.
+    /// A warning that a likelier model does not keep the invariants and relations: how far it is off each of them, the farthest first.
     fn contradicted(&self, free: &[f64]) -> Vec<String> {
         if self.invariants.is_empty() && self.relations.is_empty() {
             return vec![
@@ -63,23 +63,36 @@ impl Conserved {
             ];
         }
         let shares = self.invariants.iter().zip(self.shares(free));
-        let invariants = shares.map(|(invariant, share)| {
-            format!(
-                "the data contradict that `{}` is conserved: without invariants the model is more than 20 times as likely, and changes \
-                 it by {:.2} % of what its terms exchange. Check the invariant, the data, and what the library lacks",
-                invariant.text,
-                100.0 * share
-            )
-        });
-        let relations = self.relations.iter().map(|relation| {
-            format!(
-                "the data contradict `{}`: without constraints the model is more than 20 times as likely, and its coefficients are off \
-                 by {:.2} % of the largest of them. Check the constraint, the data, and what the library lacks",
-                relation.text,
-                100.0 * relation.broken_by(free)
-            )
-        });
-        invariants.chain(relations).collect()
+        let invariants = shares.map(|(e, share)| (share, &e.text, true));
+        let relations = self.relations.iter();
+        let relations = relations.map(|r| (r.broken_by(free), &r.text, false));
+        let mut all: Vec<(f64, &String, bool)> = invariants.chain(relations).collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+        let warning = match all.as_slice() {
+            [(share, text, true)] => format!(
+                "the data contradict that `{text}` is conserved: without invariants the model is more than 20 times as likely, and \
+                 changes it by {} of what its terms exchange. Check the invariant, the data, and what the library lacks",
+                percent(*share)
+            ),
+            [(share, text, false)] => format!(
+                "the data contradict `{text}`: without constraints the model is more than 20 times as likely, and its coefficients are \
+                 off by {} of the largest of them. Check the constraint, the data, and what the library lacks",
+                percent(*share)
+            ),
+            several => {
+                let each = several.iter().map(|(share, text, conserved)| {
+                    let what = if *conserved { " (conserved)" } else { "" };
+                    format!("`{text}`{what} is off by {}", percent(*share))
+                });
+                format!(
+                    "the data contradict what is to hold: without it the model is more than 20 times as likely. There {}. What is off by \
+                     little may be true: check the first, the data, and what the library lacks",
+                    each.collect::<Vec<_>>().join(", ")
+                )
+            }
+        };
+        vec![warning]
     }
 }
 
@@ -117,7 +130,7 @@ impl IdentificationRun<'_> {
         }
     }
 
-    /// A warning for each invariant, if a model by output error without them is more likely by odds of 20 to 1.
+    /// A warning, if a model by output error without invariants and relations is more likely by odds of 20 to 1.
     pub(in crate::identify) fn broken_by_trajectories(
         &self,
         followed: Option<&FollowedModel>,

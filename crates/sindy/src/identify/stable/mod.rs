@@ -32,6 +32,8 @@ pub(super) struct StableCandidates {
     /// The mean of each state over the data, and its root mean square.
     pub mean: DVector<f64>,
     pub rms: f64,
+    /// One turn, or one decay, over the longest trajectory.
+    pub slowest: f64,
 }
 
 fn refused(expected: &str, found: &str) -> SindyError {
@@ -114,12 +116,17 @@ impl StableCandidates {
             if count > 0.0 { sum / count } else { 0.0 }
         };
         let n = states.len();
+        let lengths = stretches
+            .iter()
+            .map(|s| s.time[s.time.len() - 1] - s.time[0]);
+        let longest = lengths.fold(0.0, f64::max);
         let square: f64 = (0..n).map(|i| average(i, |v| v * v)).sum();
         Ok(Some(Self {
             forms,
             diagonal,
             mean: DVector::from_fn(n, |i, _| average(i, |v| v)),
             rms: if square > 0.0 { square.sqrt() } else { 1.0 },
+            slowest: 1.0 / longest,
         }))
     }
 

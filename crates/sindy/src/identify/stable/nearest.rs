@@ -20,7 +20,8 @@ use crate::model::stability::centre::centre;
 use crate::model::stability::form::QuadraticForm;
 use crate::numerics::bfgs;
 
-/// The margin, as a share of the size of the Jacobian at the mean of the data: decay within 10⁴ times the time scale of the system.
+/// The margin, as a share of the size of the Jacobian at the mean of the data, or of the slowest rate that these show: decay within 10⁴
+/// times the time scale of the system.
 const MARGIN: f64 = 1e-4;
 /// Doublings of the shift that makes a first stable model: beyond 2^12 times the needed one the lacking terms decide.
 const DOUBLINGS: usize = 12;
@@ -44,6 +45,8 @@ pub(super) struct Fitted<'a> {
     pub mean: &'a DVector<f64>,
     /// The size of the states.
     pub rms: f64,
+    /// The slowest rate that the data show.
+    pub slowest: f64,
 }
 
 /// Coefficients that satisfy the condition, and the twice log-likelihood that they lose.
@@ -80,18 +83,18 @@ impl Fitted<'_> {
 
     fn margin(&self) -> f64 {
         let jacobian = self.form(self.coefficients).jacobian(self.mean);
-        MARGIN * jacobian.norm() / (self.mean.len() as f64).sqrt()
+        let size = jacobian.norm() / (self.mean.len() as f64).sqrt();
+        MARGIN * size.max(self.slowest)
     }
 
     /// Whether the fit satisfies the condition as it is.
     pub(super) fn is_stable(&self) -> bool {
-        let margin = self.margin();
-        margin > 0.0 && self.largest(self.coefficients).1 <= -margin
+        self.largest(self.coefficients).1 <= -self.margin()
     }
 
     /// A first stable model: the diagonal coefficients moved down.
     fn start(&self) -> Option<(DVector<f64>, DVector<f64>)> {
-        let margin = self.margin().max(f64::MIN_POSITIVE);
+        let margin = self.margin();
         let needed = self.largest(self.coefficients).1;
         let mut shift = (needed + 2.0 * margin).max(margin);
         for _ in 0..DOUBLINGS {

@@ -67,6 +67,7 @@ impl StableCandidates {
                 diagonal: &own,
                 mean: &self.mean,
                 rms: self.rms,
+                slowest: self.slowest,
             };
             if attempt == 0 && fitted.is_stable() {
                 return None;
@@ -160,6 +161,20 @@ impl IdentificationRun<'_> {
         let stable = self.stable.as_ref()?;
         match stable.moved(coefficients, self.conserved.as_ref(), information)? {
             Ok(moved) => {
+                let added = self.added(&moved);
+                if !added.is_empty() {
+                    let states = self.data.states();
+                    let name = |&c: &usize| &states[stable.forms[c].0];
+                    let names: Vec<String> = added
+                        .iter()
+                        .map(|c| format!("`{0}` in {0}'", name(c)))
+                        .collect();
+                    self.warnings.push(format!(
+                        "no coefficients of the chosen terms are stable: added are {}, whose sizes are those of a stable model nearby and have \
+                         no errors",
+                        names.join(", ")
+                    ));
+                }
                 if moved.lost > TWENTY_TO_ONE {
                     self.warnings.push(format!(
                         "the data contradict that the system is stable: the nearest stable coefficients lose {:.1} of twice the \

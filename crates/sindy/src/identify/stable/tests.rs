@@ -222,3 +222,30 @@ fn analytic_a_quadratic_fit_that_is_not_trapped_moves_and_gains_diagonal_terms()
         );
     }
 }
+
+#[test]
+fn analytic_a_model_without_terms_decays_over_the_data_and_says_what_was_added() {
+    // Noise alone: nothing moves.
+    let mut data = Dataset::new(&["x", "v"], &[] as &[&str]).unwrap();
+    let time: Vec<f64> = (0..200).map(|k| 0.05 * f64::from(k)).collect();
+    let noise = |seed: f64| {
+        time.iter()
+            .map(|t| (1e4 * (t + seed).sin()).sin())
+            .collect()
+    };
+    let columns = vec![noise(0.3), noise(0.7)];
+    data.push("run", time.clone(), columns, None).unwrap();
+    let settings = Settings {
+        stable: true,
+        method: crate::identify::Method::Regression,
+        penalty: 1e3,
+        ..Settings::default()
+    };
+    let identify = Identify::new(Library::polynomial(&["x", "v"], 1).unwrap());
+    let identify = identify.settings(settings).unwrap();
+    let found = identify.run(&data, &mut quiet()).unwrap();
+    // A ten thousandth of one decay over the data, at least.
+    assert!(growth(&found.model) < -0.9e-4 / 9.95, "{}", found.model);
+    let said = |w: &String| w.contains("added are `x` in x', `v` in v'");
+    assert!(found.warnings.iter().any(said), "{:?}", found.warnings);
+}

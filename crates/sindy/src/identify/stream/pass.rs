@@ -272,8 +272,8 @@ impl<'a> Pass<'a> {
                 true => SindyError::too_short(FEWEST, rows),
                 false => SindyError::Source {
                     reason: format!(
-                        "expected rows in succession that hold all states (in a stream states have one rate), found none \
-                         among {rows}"
+                        "expected rows in succession that hold all states (in a stream states have one rate, in memory they need \
+                         not), found none among {rows}"
                     ),
                 },
             });

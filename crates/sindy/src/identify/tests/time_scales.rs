@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::quiet;
-use crate::identify::{Identification, Identify};
+use crate::identify::{Identification, Identify, Settings};
 use crate::{Dataset, Library};
 
 /// Rows of `x' = fast (y - x), y' = slow x - y` from two starts, by its eigenvalues, with noise of these standard deviations.
@@ -91,4 +91,52 @@ fn analytic_a_multiple_of_a_fast_equation_that_noise_hides_is_warned_of() {
     assert!(!is_ambiguous(&clear), "{:?}", clear.warnings);
     let terms: Vec<usize> = clear.model.equations().iter().map(Vec::len).collect();
     assert_eq!(terms, [2, 2], "{}", clear.model);
+}
+
+#[test]
+fn analytic_an_equation_that_is_known_whole_leaves_the_others_to_be_found() {
+    let library = Library::polynomial(&["x", "y"], 1).unwrap();
+    for noise in [0.0, 1e-3] {
+        let settings = Settings {
+            known: vec!["x' = -1000*x + 1000*y".into()],
+            ..Settings::default()
+        };
+        let identify = Identify::new(library.clone()).settings(settings).unwrap();
+        let data = relaxation(1e3, 0.2, noise);
+        let found = identify.run(&data, &mut quiet()).unwrap();
+        let own = &found.model.equations()[1];
+        // A multiple 2e-4 of the known equation is hidden by noise of 0.1 %, and y' = -0.8 y is then as likely.
+        let hidden = noise > 0.0 && own.len() == 1;
+        assert!(hidden || own.len() == 2, "{}", found.model);
+        assert_eq!(is_ambiguous(&found), noise > 0.0, "{:?}", found.warnings);
+        let slow: f64 = own.iter().map(|t| t.coefficient).sum();
+        // 600 rows over eight decays.
+        assert!((slow + 0.8).abs() < 0.01, "{}", found.model);
+    }
+    // The velocity of a position is known whole: q'' = -3 q' - 2 q, by its solution 2 exp(-t) - exp(-2 t).
+    let time: Vec<f64> = (0..220)
+        .map(|k| 1e-4 * 1e5_f64.powf(f64::from(k) / 219.0))
+        .collect();
+    let noise = |t: f64| 1e-4 * (1e4 * (1e3 * t).sin()).sin();
+    let position = |t: &f64| 2.0 * (-t).exp() - (-2.0 * t).exp() + noise(*t);
+    let mut data = Dataset::new(&["q"], &[] as &[&str]).unwrap();
+    let column = time.iter().map(position).collect();
+    data.push("run", time, vec![column], None).unwrap();
+    let settings = Settings {
+        second_order: vec!["q".into()],
+        ..Settings::default()
+    };
+    let library = Library::polynomial(&["q", "q_dot"], 1).unwrap();
+    let identify = Identify::new(library).settings(settings).unwrap();
+    let found = identify.run(&data, &mut quiet()).unwrap();
+    let own = &found.model.equations()[1];
+    assert_eq!(own.len(), 2, "{}", found.model);
+    for (term, truth) in own.iter().zip([-2.0, -3.0]) {
+        // Errors of 1e-4 on 220 rows of a decay of size 1.
+        assert!(
+            (term.coefficient / truth - 1.0).abs() < 0.02,
+            "{}",
+            found.model
+        );
+    }
 }

@@ -52,18 +52,15 @@ fn multiple(
     (i, f): (usize, usize),
 ) -> Option<Multiple> {
     let search = &chosen.search;
-    // The terms of `f` among the candidates of `i`, with their coefficients.
+    // The terms of `f`, known ones among them, as candidates of `i`, with their coefficients.
+    let found = system.parts.iter().filter(|p| p.equation == f);
+    let found = found.map(|p| (p.term, xi[p.candidate]));
+    let known = system.fixed.iter().filter(|(equation, ..)| *equation == f);
+    let known = known.map(|&(_, term, c)| (term, c));
     let mut added = Vec::new();
-    for part in system
-        .parts
-        .iter()
-        .filter(|p| p.equation == f && xi[p.candidate] != 0.0)
-    {
-        let same = system
-            .parts
-            .iter()
-            .find(|p| p.equation == i && p.term == part.term)?;
-        added.push((same.candidate, xi[part.candidate]));
+    for (term, c) in found.chain(known).filter(|(_, c)| *c != 0.0) {
+        let mut own = system.parts.iter().filter(|p| p.equation == i);
+        added.push((own.find(|p| p.term == term)?.candidate, c));
     }
     let free: Vec<(usize, f64)> = added
         .iter()

@@ -34,7 +34,7 @@ pub struct System {
     /// For each distinct term the parts that use it.
     users: Vec<Vec<Part>>,
     /// Known terms: (equation, term, coefficient); and for each distinct term those of them that it is in.
-    fixed: Vec<(usize, usize, f64)>,
+    pub(super) fixed: Vec<(usize, usize, f64)>,
     known: Vec<Vec<(usize, f64)>>,
     /// Terms that the squared diffusion of each state may have, where disturbances may depend on the state.
     pub(super) diffusion: Option<DiffusionCandidates>,

@@ -170,6 +170,20 @@ fn analytic_a_false_relation_is_warned_of_and_a_true_one_beside_known_parts_is_n
     let problem = problems::lorenz();
     let false_one = fit(&problem, (1.0, 1), 3, under(&["[x': x] = -2*[x': y]"])).unwrap();
     assert!(contradicted(&false_one), "{:?}", false_one.warnings);
+    // One of two is true, and off by little.
+    let both = under(&["[x': x] = -[x': y]", "[y': y] = 5*[y': x*z]"]);
+    let found = fit(&problem, (1.0, 1), 3, both).unwrap();
+    let warned: Vec<&String> = found
+        .warnings
+        .iter()
+        .filter(|w| w.contains("contradict"))
+        .collect();
+    assert_eq!(warned.len(), 1, "{warned:?}");
+    let places = ["[y': y] =", "[x': x] ="].map(|text| warned[0].find(text).unwrap());
+    assert!(
+        places[0] < places[1] && warned[0].contains("may be true"),
+        "{warned:?}"
+    );
     let settings = Settings {
         known: vec!["z' = x*y + ...".into()],
         ..under(&["28*[y': y] = [y': x*z]*28"])
@@ -215,8 +229,11 @@ fn prop_texts_that_are_no_relations_are_refused_with_what_is_expected() {
         ("[x: y] = 0", "one of x', y' before `:`"),
         ("[y] = 0", "an equation, `:` and a term in each bracket"),
         ("[x': 2*y] = 0", "a term without a factor"),
-        ("[x': sin(x)] = 0", "a candidate term of x': 1, x, y"),
-        ("[x': ] = 0", "an expression"),
+        (
+            "[x': sin(x)] = 0",
+            "a candidate term of x', without those that are known: 1, x, y",
+        ),
+        ("[x': ] = 0", "an equation, `:` and a term in each bracket"),
     ] {
         let error = of(text);
         assert!(
@@ -224,6 +241,15 @@ fn prop_texts_that_are_no_relations_are_refused_with_what_is_expected() {
             "{text}: {error}"
         );
     }
+    let known = Settings {
+        known: vec!["x' = y".into()],
+        ..under(&["[x': y] = -[y': x]"])
+    };
+    let error = fit(&problem, (1.0, 1), 2, known).unwrap_err().to_string();
+    assert!(
+        error.contains("an equation that is not known (that of x is)"),
+        "{error}"
+    );
     let signs = Settings {
         signs: vec!["x': y > 0".into()],
         ..under(&["[x': y] = -[y': x]"])
@@ -255,5 +281,24 @@ fn analytic_relations_that_leave_no_model_are_refused() {
     assert!(
         error.contains("expected a model that keeps all of them"),
         "{error}"
+    );
+}
+
+#[test]
+fn analytic_names_with_blanks_stand_in_quotes_as_they_are_printed() {
+    let time: Vec<f64> = (0..400).map(|k| 0.02 * f64::from(k)).collect();
+    let columns = [f64::sin, f64::cos].map(|f| time.iter().map(|t| f(2.0 * t)).collect());
+    let names = ["q (rad)", "w (rad)"];
+    let mut data = Dataset::new(&names, &[] as &[&str]).unwrap();
+    data.push("run", time, columns.to_vec(), None).unwrap();
+    let text = "[\"q (rad)\"': \"w (rad)\"] = -[w (rad)': \"q (rad)\"]";
+    let identify = Identify::new(Library::polynomial(&names, 1).unwrap());
+    let identify = identify.settings(under(&[text])).unwrap();
+    let found = identify.run(&data, &mut quiet()).unwrap();
+    let own = |i: usize| found.model.equations()[i][0].coefficient;
+    assert!(
+        (own(0) + own(1)).abs() < 1e-14 * own(0) && (own(0) - 2.0).abs() < 1e-4,
+        "{}",
+        found.model
     );
 }
