@@ -366,3 +366,7 @@ def test_prop_posterior_by_seed_targets_and_units() -> None:
 def test_prop_settings_of_the_posterior_are_checked(params: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match="expected"):
         ps.SBR(**params)
+
+
+def test_prop_the_version_is_that_of_the_names() -> None:
+    assert ps.__version__ == "2.1.0"

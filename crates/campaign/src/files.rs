@@ -9,8 +9,14 @@ use crate::error::{Error, Result};
 /// Creates a folder and those above it.
 ///
 /// # Errors
-/// A file of that name, or a folder that cannot be made.
+/// An address such as `s3://bucket`, a file of that name, or a folder that cannot be made.
 pub fn folder(path: &Path) -> Result<()> {
+    if is_address(path) {
+        let path = path.display();
+        return Err(Error::Arguments(format!(
+            "{path}: expected a folder, found an address: object storage has to be mounted as a folder"
+        )));
+    }
     if path.is_file() {
         let path = path.display();
         return Err(Error::Arguments(format!(
@@ -18,6 +24,16 @@ pub fn folder(path: &Path) -> Result<()> {
         )));
     }
     std::fs::create_dir_all(path).map_err(|e| Error::file(path, e))
+}
+
+/// Whether a path is an address with a scheme, such as `s3://bucket/campaign`.
+fn is_address(path: &Path) -> bool {
+    let text = path.to_string_lossy();
+    let scheme = text.split_once("://").map_or("", |(scheme, _)| scheme);
+    scheme.starts_with(|c: char| c.is_ascii_alphabetic())
+        && scheme
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
 }
 
 /// Writes to a temporary file in the same folder, then renames it.
@@ -55,4 +71,28 @@ pub fn results<T: Serialize>(folder: &Path, results: &T) -> Result<()> {
         .map_err(|e| Error::Arguments(format!("the result cannot be written as JSON: {e}")))?;
     text.push('\n');
     write(&folder.join(RESULTS), text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_addresses_are_refused_and_folders_are_not() {
+        for address in [
+            "s3://bucket/x",
+            "gs://b",
+            "az://c/d",
+            "https://host/x",
+            "file:///tmp/x",
+        ] {
+            let error = folder(Path::new(address)).unwrap_err().to_string();
+            assert!(error.contains("found an address"), "{error}");
+        }
+        let here = tempfile::tempdir().unwrap();
+        for name in ["a:b", "c/d", "e:/f", "://g"] {
+            assert!(!is_address(Path::new(name)), "{name}");
+            folder(&here.path().join(name)).unwrap();
+        }
+    }
 }

@@ -55,6 +55,9 @@ from .optimizers import (
 )
 from .utils import AxesArray
 
+# PySINDy's version whose names these are.
+__version__ = "2.1.0"
+
 __all__ = [
     "AxesArray", "SINDy", "DiscreteSINDy", "differentiation", "feature_library", "optimizers", "utils",
     "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
