@@ -242,7 +242,7 @@ impl OneByOne<'_> {
     fn remove_first(&mut self) -> usize {
         let p = self.order.len();
         let values = self.lower.as_mut_slice();
-        // Without its first row and column, B is what is left of L times its transpose, plus this column times its own.
+        // With l the first column of L below the diagonal and M the rest of L, the rest of B is M Mᵀ + l lᵀ.
         let mut first: Vec<f64> = values[1..p].to_vec();
         for k in 0..p - 1 {
             let (before, own) = values.split_at_mut((k + 1) * p);

@@ -60,8 +60,7 @@ use crate::uncertainty::resample::generator;
 ///
 /// - its shrinkage factor κ has a posterior mean below 1/2. This is the rule of Carvalho et al.; under sparsity its risk is that
 ///   of the best rule but for a constant (Datta, Ghosh), where τ follows the share of terms that are there;
-/// - its credible interval excludes 0. With few candidates τ stays so large that noise alone brings κ below 1/2. In 20 sets of
-///   200 rows with ten candidates κ alone selects 63 of 140 terms of noise; with the interval it is none, and all 60 true ones.
+/// - its credible interval excludes 0. With few candidates τ stays so large that noise alone brings κ below 1/2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horseshoe {
     prior: Prior,
