@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::common::{csv, fails, files, json, number, run, says, text, words, write};
 
 /// A rotation, x' = 3 v, v' = -3 x, with errors within 0.5 %: position and velocity at row i.
-fn swing(i: usize) -> Vec<f64> {
+pub(crate) fn swing(i: usize) -> Vec<f64> {
     let t = 0.02 * i as f64;
     let off = 0.005 * ((12.9898 * i as f64).sin() * 43758.5453).fract();
     vec![t, (3.0 * t).cos() + off, -(3.0 * t).sin() - off]
@@ -20,13 +20,13 @@ fn damped(i: usize) -> Vec<f64> {
     vec![row[0], decay * row[1], decay * row[2]]
 }
 
-fn with(args: &[OsString], more: &[&str]) -> Vec<OsString> {
+pub(crate) fn with(args: &[OsString], more: &[&str]) -> Vec<OsString> {
     let more = more.iter().map(OsString::from);
     args.iter().cloned().chain(more).collect()
 }
 
 /// The coefficients of both equations, `x' = a v` and `v' = b x`.
-fn coefficients(equations: &Value) -> (f64, f64) {
+pub(crate) fn coefficients(equations: &Value) -> (f64, f64) {
     let of = |state: &str| {
         let own = equations[state].as_array().unwrap();
         assert_eq!(own.len(), 1, "{equations}");

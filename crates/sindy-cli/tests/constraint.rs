@@ -1,32 +1,7 @@
 //! Relations between coefficients: `sindy fit --constraint`.
 
-use std::ffi::OsString;
-
-use serde_json::Value;
-
-use crate::common::{csv, fails, files, json, number, run, text, words, write};
-
-/// A rotation, x' = 3 v, v' = -3 x, with errors within 0.5 %: position and velocity at row i.
-fn swing(i: usize) -> Vec<f64> {
-    let t = 0.02 * i as f64;
-    let off = 0.005 * ((12.9898 * i as f64).sin() * 43758.5453).fract();
-    vec![t, (3.0 * t).cos() + off, -(3.0 * t).sin() - off]
-}
-
-fn with(args: &[OsString], more: &[&str]) -> Vec<OsString> {
-    let more = more.iter().map(OsString::from);
-    args.iter().cloned().chain(more).collect()
-}
-
-/// The coefficients of both equations, `x' = a v` and `v' = b x`.
-fn coefficients(equations: &Value) -> (f64, f64) {
-    let of = |state: &str| {
-        let own = equations[state].as_array().unwrap();
-        assert_eq!(own.len(), 1, "{equations}");
-        number(&own[0]["coefficient"])
-    };
-    (of("x"), of("v"))
-}
+use crate::common::{csv, fails, files, json, run, text, words, write};
+use crate::conserve::{coefficients, swing, with};
 
 #[test]
 fn analytic_a_relation_holds_to_rounding_from_arguments_and_settings() {

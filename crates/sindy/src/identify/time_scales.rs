@@ -76,7 +76,7 @@ impl IdentificationRun<'_> {
 }
 
 /// Coefficients of the best subsets by the Bayesian criterion, equation by equation.
-pub(super) fn best(statistics: &Statistics, signs: &[Vec<Sign>]) -> Result<Vec<f64>, SindyError> {
+fn best(statistics: &Statistics, signs: &[Vec<Sign>]) -> Result<Vec<f64>, SindyError> {
     let mut out = Vec::new();
     for (parts, signs) in statistics.grams.iter().zip(signs) {
         let total = Gram::total(parts);
