@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from numbers import Integral
+from typing import Any
+
+# Whole numbers of the library have 64 bits.
+MOST = 2**64 - 1
+
 
 class SindyError(ValueError):
     """A fault of the input or the settings.
@@ -43,6 +49,17 @@ class InternalError(RuntimeError):
 
 class SindyWarning(UserWarning):
     """What a user should know of a fit."""
+
+
+def whole(key: str, value: Any, least: int = 0) -> Any:
+    """A whole number, as the library takes it; none where none is given."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < least:
+        raise fault(key, f"a whole number from {least}", value)
+    if int(value) > MOST:
+        raise fault(key, f"a whole number up to {MOST}", value)
+    return int(value)
 
 
 def fault(key: str, expected: str, found: object) -> SindyError:

@@ -8,7 +8,7 @@ from typing import Any
 
 from . import _native
 from ._data import collect
-from ._errors import fault
+from ._errors import fault, whole
 from ._library import Library, libraries
 from ._model import SINDy
 from ._solvers import Solver, default, threads
@@ -129,7 +129,8 @@ class Gram:
         >>> found.proven, found[2].terms
         (True, ['x', 'x^3'])
         """
-        text = self._native.best_subsets(max_size, node_limit, tolerance, threads(n_jobs))
+        most, nodes = whole("max_size", max_size, 1), whole("node_limit", node_limit, 1)
+        text = self._native.best_subsets(most, nodes, tolerance, threads(n_jobs))
         return {state: Subsets(said) for state, said in zip(self.states, json.loads(text))}
 
     def certify(

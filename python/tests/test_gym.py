@@ -144,3 +144,27 @@ def test_prop_settings_are_the_scenarios_and_faults_are_named() -> None:
         assert caught.value.key == key and caught.value.found, str(caught.value)
     with pytest.raises(td.SindyError):
         envs.step(np.zeros((1, 2), dtype=np.float32))
+
+
+def test_prop_what_cannot_be_flown_is_refused() -> None:
+    from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+
+    envs = LandingVectorEnv(2, deck="still")
+    still = np.zeros((2, 3), dtype=np.float32)
+    with pytest.raises(ResetNeeded):
+        envs.step(still)
+    envs.reset(seed=1)
+    before = envs.step(still)[0]
+    bad = still.copy()
+    bad[1, 2] = np.nan
+    with pytest.raises(td.SindyError, match="actions.*NaN"):
+        envs.step(bad)
+    # Nothing was flown: the next decision is that of environments that never saw it.
+    others = LandingVectorEnv(2, deck="still")
+    others.reset(seed=1)
+    assert others.step(still)[0].tobytes() == before.tobytes()
+    assert others.step(still)[0].tobytes() == envs.step(still)[0].tobytes()
+    envs.close()
+    for call in (lambda: envs.step(still), lambda: envs.reset(seed=1)):
+        with pytest.raises(ClosedEnvironmentError):
+            call()

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -304,3 +305,53 @@ def test_prop_faults_of_landings_are_named(card: td.Card) -> None:
         with pytest.raises(td.SindyError) as caught:
             case()
         assert key in caught.value.key and caught.value.found, (caught.value.key, str(caught.value))
+
+
+def test_prop_landings_trials_and_scenarios_are_pickled(card: td.Card, tmp_path: Path) -> None:
+    def again(value: object) -> Any:
+        return pickle.loads(pickle.dumps(value))
+
+    keys = {"trials": 3, "scenario": {"timeout_s": 30.0}, "grid": {"control.controller": ["observer", "feedback"]}}
+    for landings in (td.land(keys, space=True, seed=4), td.land({"trials": 3}, thrust=card, traces=1, controllers=["feedback", "ssc"])):
+        other = again(landings)
+        assert repr(other) == repr(landings) and other.results == landings.results and other.scenario == landings.scenario
+        assert list(other) == list(landings)
+        for name in landings:
+            np.testing.assert_array_equal(other[name], landings[name])
+        for row in (0, 3):
+            for name, values in landings.trace(row).items():
+                np.testing.assert_array_equal(other.trace(row)[name], values)
+    with pytest.raises(td.SindyError, match="keeps its series"):
+        other.trace(1)
+    space = td.Space("sea", seed=3)
+    landing, same = space.land(5), again(space).land(5)
+    # As text: NaN is no number's equal.
+    assert str(dict(same)) == str(dict(landing)) and repr(again(landing)) == repr(landing)
+    np.testing.assert_array_equal(again(landing).trace()["position_m"], landing.trace()["position_m"])
+    trial = stand(seconds=5.0)
+    trial.to_pandas().to_csv(tmp_path / "log.csv", index=False)
+    for of in (trial, td.read(tmp_path / "log.csv")[0]):
+        other = again(of)
+        assert repr(other) == repr(of) and other.warnings == of.warnings and other._native.rows == of._native.rows
+        for name in of:
+            np.testing.assert_array_equal(other[name], of[name])
+    campaign = td.campaign({"trials": 2, "block": 1, "scenario": {"timeout_s": 30.0}}, tmp_path / "campaign")
+    assert again(campaign).folder == campaign.folder and again(campaign).results == campaign.results
+
+
+@pytest.mark.parametrize("value", [-1, 1.5, "two", True, 2**64])
+def test_prop_numbers_that_are_not_whole_are_named(card: td.Card, tmp_path: Path, value: Any) -> None:
+    sweep = {"trials": 1, "block": 1}
+    for key, call in {
+        "trials": lambda: td.land(sweep, space=True, trials=value),
+        "seed": lambda: td.land(sweep, space=True, seed=value),
+        "traces": lambda: td.land(thrust=card, traces=value),
+        "trial": lambda: td.Space("still").land(value),
+        "landing": lambda: td.land(sweep, space=True).trace(value),
+    }.items():
+        with pytest.raises(td.SindyError) as caught:
+            call()
+        assert caught.value.key == key and caught.value.expected.startswith("a whole number"), str(caught.value)
+    with pytest.raises(td.SindyError, match="`seed`"):
+        td.campaign(sweep, tmp_path / "out", seed=value)
+    assert not (tmp_path / "out").exists()

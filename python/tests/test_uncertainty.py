@@ -65,6 +65,9 @@ def test_prop_faults_of_certificates_are_named() -> None:
         gram.certify({"x": ["x^9"]})
     with pytest.raises(sindy.SindyError) as caught:
         gram.best_subsets(tolerance=1.0)
+    for bad in (0, -1, 1.5):
+        with pytest.raises(sindy.SindyError, match="max_size"):
+            gram.best_subsets(bad)  # type: ignore[arg-type]
     assert caught.value.key == "tolerance"
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from sindy import _native
+from sindy._errors import whole
 from sindy._solvers import threads
 
 from ._land import Landings, Scenario, _given
@@ -23,7 +25,7 @@ class Campaign(Landings):
     Attributes
     ----------
     folder : str
-        Where its blocks are.
+        Where its blocks are: a folder, or an address in object storage.
     """
 
     def __init__(self, native: _native.SpaceLandings, folder: str) -> None:
@@ -33,16 +35,16 @@ class Campaign(Landings):
     @classmethod
     def read(cls, folder: Path, n_jobs: int | None = None) -> Campaign:
         """A complete campaign from its folder, whoever flew it."""
-        at = os.fspath(folder)
+        at = _place(folder)
         return cls(_native.campaign_read(at, threads(n_jobs)), at)
 
     def report(self, n_jobs: int | None = None) -> str:
         """Writes ``report.html`` and ``figures/`` into `folder`, as the command does; the report's path."""
         _native.campaign_report(self.folder, threads(n_jobs))
-        return os.path.join(self.folder, "report.html")
+        return f"{self.folder}/report.html" if _is_address(self.folder) else os.path.join(self.folder, "report.html")
 
     def __repr__(self) -> str:
-        return f"Campaign({len(self._native)} landings, {int(self.landed.sum())} landed)"
+        return f"Campaign({len(self.landed)} landings, {int(self.landed.sum())} landed)"
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,9 @@ class _Begun:
         """Landings of a block."""
         return min(self.block, self.landings - block * self.block)
 
-    def has(self, block: int) -> bool:
-        """Whether a block is there now: blocks appear whole."""
-        return os.path.exists(os.path.join(self.folder, "landings", f"block-{block:06}.parquet"))
+    def seen(self) -> set[int]:
+        """The blocks that are there now: they appear whole."""
+        return set(_native.campaign_blocks(self.folder))
 
     def read(self, jobs: int | None) -> Campaign:
         """The complete campaign, its figures written."""
@@ -74,11 +76,23 @@ class _Begun:
         return Campaign(native, self.folder)
 
 
+def _is_address(place: str) -> bool:
+    """Whether a place is an address in object storage."""
+    return re.match(r"[A-Za-z][A-Za-z0-9+.-]*://", place) is not None
+
+
+def _place(place: Path) -> str:
+    """A folder as an absolute path; an address as it is."""
+    at = os.fspath(place)
+    return at if _is_address(at) else os.path.abspath(at)
+
+
 def _begin(
     sweep: Scenario, out: Path, trials: int | None, seed: int | None, resume: bool, jobs: int | None
 ) -> _Begun:
     file, keys = _given(sweep)
-    folder = os.path.abspath(os.fspath(out))
+    folder = _place(out)
+    trials, seed = whole("trials", trials, 1), whole("seed", seed)
     return _Begun(folder, *_native.campaign_begin(file, keys, folder, trials, seed, resume, jobs))
 
 
@@ -113,7 +127,10 @@ def campaign(
     sweep : path or mapping
         The keys of ``touchdown settings campaign``: a TOML file, or nested dictionaries.
     out : path
-        The folder.
+        The folder, or an address in object storage: ``s3://bucket/name``, ``gs://bucket/name`` or ``az://container/name``.
+        Keys and endpoints are those of the environment: ``AWS_ACCESS_KEY_ID``, ``AWS_SECRET_ACCESS_KEY``, ``AWS_REGION``,
+        ``AWS_ENDPOINT_URL``; ``GOOGLE_APPLICATION_CREDENTIALS``; ``AZURE_STORAGE_ACCOUNT_NAME``,
+        ``AZURE_STORAGE_ACCOUNT_KEY``.
     trials, seed : int, optional
         Those of the sweep if not given.
     resume : bool
@@ -155,10 +172,10 @@ def campaign(
 
 
 def campaign_status(folder: Path, n_jobs: int | None = None) -> dict[str, Any]:
-    """What of a campaign is in its folder: that of ``touchdown campaign status --json``.
+    """What of a campaign is in its folder or at its address: that of ``touchdown campaign status --json``.
 
     ``blocks_there``, ``blocks``, ``missing`` (ranges, from the first to before the second), ``broken``, ``rows``,
     ``landings``, ``complete``.
     """
-    out: dict[str, Any] = json.loads(_native.campaign_status(os.fspath(folder), threads(n_jobs)))
+    out: dict[str, Any] = json.loads(_native.campaign_status(_place(folder), threads(n_jobs)))
     return out

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from sindy import SindyWarning, _native
-from sindy._errors import fault
+from sindy._errors import fault, whole
 from sindy._solvers import threads
 
 from . import _plot
@@ -36,9 +36,11 @@ class Landings(Table):
     """
 
     def __init__(self, native: _native.SpaceLandings | _native.VerticalLandings) -> None:
-        self._native = native
         super().__init__(native.columns())
         self.results: dict[str, Any] = json.loads(native.results())
+        # Landings in space are flown again for their series; those of the vertical vehicle keep theirs.
+        self._space = native if isinstance(native, _native.SpaceLandings) else None
+        self._traces = native.traces() if isinstance(native, _native.VerticalLandings) else {}
         self.scenario = native.sweep_toml() if isinstance(native, _native.SpaceLandings) else native.scenario_toml()
 
     @property
@@ -52,9 +54,11 @@ class Landings(Table):
 
         In six degrees of freedom the landing is flown once more for it.
         """
-        if landing < 0:
-            raise fault("landing", "a row of the table, from 0", landing)
-        return {name: as_column(values) for name, values in self._native.trace(landing).items()}
+        row = whole("landing", landing)
+        if self._space is None and row not in self._traces:
+            raise fault("landing", "a landing that keeps its series: one of the first `traces` of its controller", row)
+        series = self._traces[row] if self._space is None else self._space.trace(row)
+        return {name: as_column(values) for name, values in series.items()}
 
     def plot(self, column: str = "v_l_mps", ax: Any = None) -> Any:
         """The distribution of a column, a line for each controller or point of the sweep.
@@ -79,7 +83,7 @@ class Landings(Table):
         return _plot.heights(self.trace(landing), ax)
 
     def __repr__(self) -> str:
-        return f"Landings({len(self._native)} landings, {int(self.landed.sum())} landed)"
+        return f"Landings({len(self.landed)} landings, {int(self.landed.sum())} landed)"
 
 
 def _given(scenario: Scenario | None) -> tuple[str | None, str | None]:
@@ -162,6 +166,7 @@ def land(
     """
     file, keys = _given(scenario)
     jobs = threads(n_jobs)
+    trials, seed, traces = whole("trials", trials, 1), whole("seed", seed), whole("traces", traces)
     names = [controllers] if isinstance(controllers, str) else list(controllers)
     if not space:
         if thrust is None:

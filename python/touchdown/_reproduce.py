@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from sindy import _native
-from sindy._errors import fault
+from sindy._errors import fault, whole
 from sindy._solvers import threads
 
 from ._card import Card
@@ -150,6 +150,7 @@ def reproduce(
     """
     file, keys = _given(settings)
     folder = os.path.abspath(os.fspath(out))
+    trials, seed = whole("trials", trials, 1), whole("seed", seed)
     _native.reproduce(file, keys, folder, quick, trials, seed, threads(n_jobs), progress)
     return Reproduction(folder)
 

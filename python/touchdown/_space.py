@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sindy import _native
-from sindy._errors import fault
+from sindy._errors import whole
 
 from . import _plot
 from ._card import Card
@@ -109,13 +109,12 @@ class Space:
         file, keys = _given(settings)
         with tempfile.TemporaryDirectory() as folder:
             paths = card_files(folder, thrust, empirical, dynamic)
-            self._native = _native.Space(deck, file, keys, paths, controller, seed, deck_acceleration)
+            self._native = _native.Space(deck, file, keys, paths, controller, whole("seed", seed), deck_acceleration)
 
     def land(self, trial: int = 0) -> Landing:
         """Flies the landing of a trial, whose vehicle, start, deck, air and noise are drawn from the seed."""
-        if trial < 0:
-            raise fault("trial", "a number from 0", trial)
-        return Landing(self._native.land(trial), trial)
+        number = whole("trial", trial)
+        return Landing(self._native.land(number), number)
 
     @property
     def scenario(self) -> dict[str, Any]:

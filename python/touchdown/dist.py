@@ -1,6 +1,7 @@
 """Campaigns on many processes or machines, by any executor.
 
-The unit of work is a block of landings, which a worker writes as one Parquet file into a folder that all of them see.
+The unit of work is a block of landings, which a worker writes as one Parquet file into a folder that all of them see, or
+into object storage.
 Nothing but the number of the block travels. Blocks are pure functions of the sweep, and appear whole or not at all, so a
 block may be flown again, or twice: the bytes are those of one process.
 
@@ -77,7 +78,8 @@ def campaign(
     sweep, trials, seed
         As of `touchdown.campaign`.
     out : path
-        The folder, on a disk that the workers see at the same path. Blocks that are there are not flown again.
+        The folder, on a disk that the workers see at the same path, or an address in object storage as of
+        `touchdown.campaign`, whose keys the workers have in their environment. Blocks that are there are not flown again.
     blocks_per_task : int
         Blocks that a worker gets at a time. A task of some seconds is long enough for all executors; `block` in the sweep
         sets the landings of a block.
@@ -118,7 +120,7 @@ def campaign(
             retries=retries,
             what="blocks",
             rest=f"The blocks that were flown are in {begun.folder}; the same call flies the others",
-            done=lambda task: all(begun.has(block) for block in range(*task)),
+            done=lambda task: begun.seen().issuperset(range(*task)),
         )
         whole = False
         try:
@@ -144,7 +146,7 @@ def _blocks_per_task(block_s: list[float], task_s: float) -> int:
 def _until_seen(begun: _Begun) -> None:
     """Waits until the blocks that workers have written are seen here."""
     end = time.monotonic() + SEEN_WITHIN_S
-    while missing := [block for block in begun.missing if not begun.has(block)]:
+    while missing := sorted(set(begun.missing) - begun.seen()):
         if time.monotonic() > end:
             raise RuntimeError(
                 f"{len(missing)} blocks that workers have written, such as {missing[0]}, are not in {begun.folder}: is it on "

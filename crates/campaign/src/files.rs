@@ -14,7 +14,7 @@ pub fn folder(path: &Path) -> Result<()> {
     if is_address(path) {
         let path = path.display();
         return Err(Error::Arguments(format!(
-            "{path}: expected a folder, found an address: object storage has to be mounted as a folder"
+            "{path}: expected a folder, found an address: only campaigns are in object storage"
         )));
     }
     if path.is_file() {
@@ -27,7 +27,8 @@ pub fn folder(path: &Path) -> Result<()> {
 }
 
 /// Whether a path is an address with a scheme, such as `s3://bucket/campaign`.
-fn is_address(path: &Path) -> bool {
+#[must_use]
+pub fn is_address(path: &Path) -> bool {
     let text = path.to_string_lossy();
     let scheme = text.split_once("://").map_or("", |(scheme, _)| scheme);
     scheme.starts_with(|c: char| c.is_ascii_alphabetic())

@@ -12,6 +12,7 @@
 //! | [`cards`] | the model cards that are flown, by their paths |
 //! | [`statistics`] | means, shares and percentiles over landings |
 //! | [`settings_file`] | settings as TOML files |
+//! | [`place`] | where a campaign's files are: a folder, or object storage |
 //! | [`files`], [`csv`] | files that are written whole, lines of tables |
 //! | [`progress`] | progress of long work |
 
@@ -21,6 +22,7 @@ pub mod csv;
 pub mod error;
 pub mod files;
 pub mod measured_deck;
+pub mod place;
 pub mod progress;
 pub mod recording;
 pub mod scene;
@@ -31,3 +33,4 @@ pub mod vehicle;
 pub mod vertical;
 
 pub use error::{Error, Result};
+pub use place::{ObjectStorage, Place};

@@ -70,7 +70,8 @@ mod _native {
     use crate::slopes::slopes;
     #[pymodule_export]
     use crate::touchdown::campaign::{
-        campaign_begin, campaign_fly, campaign_read, campaign_report, campaign_status,
+        campaign_begin, campaign_blocks, campaign_fly, campaign_read, campaign_report,
+        campaign_status,
     };
     #[pymodule_export]
     use crate::touchdown::card::Card;

@@ -43,3 +43,7 @@ class LandingEnv(Env[Array32, Array32]):
         observation, reward, terminated, truncated, info = self._envs.step(given)
         own = {key: values[0] for key, values in info.items() if not key.startswith("_")}
         return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), own
+
+    def close(self) -> None:
+        """Ends the environment: it takes no further step."""
+        self._envs.close()

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -168,6 +169,7 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         # From a trial of an environment to its next.
         self._stride = num_envs
         self._waiting = np.zeros(num_envs, dtype=bool)
+        self._begun = False
         self._distance_m = np.zeros(num_envs)
         self._rates = action == "rates"
         self._commands = np.zeros((num_envs, 4 if self._rates else 5))
@@ -195,8 +197,11 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
             self._seeds = [seed] * self.num_envs
             self._trials = np.arange(self.num_envs)
             self._stride = self.num_envs
+        if self.closed:
+            raise ClosedEnvironmentError("reset after close")
         if mask is None:
             self._native.clear()
+            self._begun = True
         which = np.arange(self.num_envs) if mask is None else np.flatnonzero(mask)
         truth = self._begin(which)
         return self._seen(truth), {}
@@ -259,6 +264,12 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         given = np.asarray(actions, dtype=float).reshape(self.num_envs, -1)
         if given.shape[1] != self._size:
             raise fault("actions", f"{self._size} numbers for each environment", given.shape[1])
+        if np.isnan(given).any():
+            raise fault("actions", "numbers", "NaN")
+        if self.closed:
+            raise ClosedEnvironmentError("step after close")
+        if not self._begun:
+            raise ResetNeeded("step before the first reset")
         given = np.clip(given, -1.0, 1.0)
         waiting = self._waiting.copy()
         places, outcomes, numbers, states = self._native.fly(self._command(given))

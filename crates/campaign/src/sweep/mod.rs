@@ -13,9 +13,10 @@
 //! | `redraw` | draws of vehicles that do not lift themselves |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
+//! | `packed` | a sweep and landings of it as bytes, for another process |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
 //! | `part` | which blocks one run flies: all, a shard, a range |
-//! | `status` | what of a campaign is in its folder |
+//! | `status` | what of a campaign is there |
 //! | `run` | flying what is missing, in the simulation or by another backend |
 //! | `vehicle`, `stated` | the vehicle of `[vehicle]` and the cards, and the keys that the file states itself |
 //! | `software_in_the_loop` | settings of an autopilot in the loop |
@@ -26,6 +27,7 @@ mod axes;
 mod check;
 mod draw;
 mod keys;
+mod packed;
 mod part;
 mod point_table;
 mod points;
@@ -43,6 +45,7 @@ mod vehicle;
 
 pub use crate::measured_deck::{SERIES, SeriesSettings};
 pub use draw::Distribution;
+pub use packed::{pack, unpack};
 pub use part::{BlockRange, CampaignPart, Shard};
 pub use points::Sweep;
 pub use row::number;

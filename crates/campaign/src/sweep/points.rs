@@ -20,7 +20,9 @@ use super::settings::SweepSettings;
 use super::store::SWEEP;
 use super::{software_in_the_loop, vehicle};
 use crate::error::{Error, Result};
+use crate::files::write;
 use crate::measured_deck::{MeasuredDeck, SERIES};
+use crate::place::Place;
 use crate::settings_file::{check_seed, to_toml};
 use crate::vehicle::VehicleSettings;
 
@@ -81,12 +83,23 @@ impl Sweep {
         Self::unchecked(settings, folder, path.display().to_string())
     }
 
-    /// The sweep of a campaign's folder. It was checked when the folder was begun, and is not again.
+    /// The sweep of a campaign, from where its files are. It was checked when the campaign was begun, and is not again.
     ///
     /// # Errors
-    /// A folder without a campaign.
-    pub fn of_folder(folder: &Path) -> Result<Self> {
-        Self::load(&folder.join(SWEEP), None, None)
+    /// A place without a campaign.
+    pub fn of(place: &Place) -> Result<Self> {
+        let path = place.path(SWEEP);
+        if let Place::Folder(_) = place {
+            return Self::load(&path, None, None);
+        }
+        let file = path.display().to_string();
+        let settings = SweepSettings::parse(&String::from_utf8_lossy(&place.read(SWEEP)?), &file)?;
+        // Files that a sweep names are read from a folder; in a campaign's own place only the motion of the deck is a file.
+        let local = tempfile::tempdir().map_err(|e| Error::file(&path, e))?;
+        if settings.series.is_some() {
+            write(&local.path().join(SERIES), &place.read(SERIES)?)?;
+        }
+        Self::unchecked(settings, local.path(), file)
     }
 
     /// Checks settings; files that they name are looked for in `folder`, and `file` names them in errors.

@@ -1,15 +1,14 @@
 //! Landings as rows of a table.
 
-use std::path::Path;
-
 use serde::Serialize;
 use toml::Value;
 use touchdown_flight::touch::TouchClass;
-use touchdown_log::{LogError, ParquetFile, ParquetValues, to_parquet};
+use touchdown_log::{LogError, ParquetValues, to_parquet};
 use touchdown_sim::landing::space::{CrashSettings, SpaceLanding, SpaceOutcome};
 
 use super::points::Sweep;
 use crate::error::{Error, Result};
+use crate::place::Place;
 
 /// Names of [`LandingRow::numbers`].
 pub(super) const NUMBERS: [&str; 14] = [
@@ -283,22 +282,23 @@ pub(super) fn encode(sweep: &Sweep, rows: &[LandingRow]) -> Result<Vec<u8>> {
         .map_err(|e| Error::Arguments(format!("the landings cannot be written as Parquet: {e}")))
 }
 
-/// Reads a block; `landings` are those that it has to hold.
+/// Reads a block; `landings` are those that it has to hold, `name` is its name in the campaign's place.
 pub(super) fn decode(
     sweep: &Sweep,
-    path: &Path,
+    (place, name): (&Place, &str),
     landings: std::ops::Range<u64>,
 ) -> Result<Vec<LandingRow>> {
+    let path = place.path(name);
     let at = path.display().to_string();
     let broken = |error: LogError| {
         let expected = "a block of landings (Parquet; without the file, --resume runs them again)";
         match error {
-            LogError::Read { source, .. } => Error::file(path, source),
+            LogError::Read { source, .. } => Error::file(&path, source),
             LogError::NotALog { found, .. } => Error::data(&at, expected, found),
             other => Error::data(&at, expected, other.to_string()),
         }
     };
-    let file = ParquetFile::open(path).map_err(broken)?;
+    let file = place.parquet(name).map_err(broken)?;
     let of = file.note(SWEEP).unwrap_or("none");
     if of != sweep.sha256() {
         return Err(Error::data(

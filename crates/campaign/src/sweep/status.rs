@@ -1,6 +1,4 @@
-//! What of a campaign is in its folder.
-
-use std::path::Path;
+//! What of a campaign is there.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -8,6 +6,7 @@ use serde::Serialize;
 use super::points::Sweep;
 use super::store::Store;
 use crate::error::{Error, Result};
+use crate::place::Place;
 
 /// A block whose file is there and cannot be used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,7 +17,7 @@ pub struct BrokenBlock {
     pub error: String,
 }
 
-/// What of a campaign is in its folder.
+/// What of a campaign is there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CampaignStatus {
     /// Version of this shape.
@@ -43,13 +42,13 @@ pub struct CampaignStatus {
     pub rows: u64,
 }
 
-/// Reads what is in the folder of a campaign; every block is read whole.
+/// Reads what of a campaign is there; every block is read whole.
 ///
 /// # Errors
-/// A folder without a campaign, or with a file among its blocks that is none of them.
-pub fn status(folder: &Path) -> Result<CampaignStatus> {
-    let sweep = Sweep::of_folder(folder)?;
-    let store = Store::of(folder);
+/// A place without a campaign, or with a file among its blocks that is none of them.
+pub fn status(place: &Place) -> Result<CampaignStatus> {
+    let sweep = Sweep::of(place)?;
+    let store = Store::of(place);
     let present = store.present()?;
     let blocks = sweep.blocks();
     if let Some(block) = present.iter().find(|block| **block >= blocks) {

@@ -1,4 +1,4 @@
-//! A campaign's folder: the sweep, and a file for each block of landings.
+//! A campaign's files: the sweep, and a file for each block of landings.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,9 @@ use super::part::CampaignPart;
 use super::points::Sweep;
 use super::row::{LandingRow, decode, encode};
 use crate::error::{Error, Result};
-use crate::files::{folder, write};
+use crate::files::folder;
 use crate::measured_deck::SERIES;
+use crate::place::Place;
 use crate::settings_file::to_toml;
 
 /// Name of the sweep in a campaign's folder.
@@ -18,29 +19,28 @@ pub(super) const SWEEP: &str = "sweep.toml";
 /// Folder of the blocks.
 const LANDINGS: &str = "landings";
 
-/// The folder of one campaign.
+/// The files of one campaign.
 #[derive(Debug)]
 pub struct Store {
-    out: PathBuf,
+    place: Place,
     /// While it is held, no other run takes half-written files for left ones.
     _in_use: Option<File>,
 }
 
 impl Store {
-    /// Opens the folder of a campaign, or begins it; `resume` allows for landings that are there. Runs of parts of a
-    /// campaign may share a folder.
+    /// Opens the place of a campaign, or begins it; `resume` allows for landings that are there. Runs of parts of a
+    /// campaign may share a place.
     ///
     /// # Errors
-    /// A folder with landings of other settings, or with any where `resume` was not asked for.
-    pub fn open(out: &Path, sweep: &Sweep, part: CampaignPart, resume: bool) -> Result<Self> {
-        let store = Self::of(out);
-        let at = out.join(SWEEP);
-        if at.exists() {
-            let there = Sweep::load(&at, None, None)?;
+    /// A place with landings of other settings, or with any where `resume` was not asked for.
+    pub fn open(place: &Place, sweep: &Sweep, part: CampaignPart, resume: bool) -> Result<Self> {
+        let mut store = Self::of(place);
+        let begun = place.has(SWEEP)?;
+        if begun {
+            let there = Sweep::of(place)?;
             if there.sha256() != sweep.sha256() {
                 return Err(Error::Arguments(format!(
-                    "{}: contains a campaign of other settings (SHA-256 {}, these are {}); choose another folder",
-                    out.display(),
+                    "{place}: contains a campaign of other settings (SHA-256 {}, these are {}); choose another folder",
                     there.sha256(),
                     sweep.sha256()
                 )));
@@ -48,68 +48,40 @@ impl Store {
         }
         if !resume && !store.present()?.is_empty() {
             return Err(Error::Arguments(format!(
-                "{}: contains landings of this campaign already; --resume completes it",
-                out.display()
+                "{place}: contains landings of this campaign already; --resume completes it"
             )));
         }
-        let landings = out.join(LANDINGS);
-        folder(&landings)?;
-        // Where folders cannot be locked, nothing is taken away: what a killed run left is
-        // in nobody's way.
-        let lock = File::open(&landings).ok();
-        if let Some(lock) = &lock {
-            // Other parts may run on other machines, and not every shared disk shows their locks.
-            if part == CampaignPart::Whole && lock.try_lock().is_ok() {
-                store.sweep_up()?;
-                let _ = lock.unlock();
-            }
-            // One of several runs, if there are any.
-            let _ = lock.lock_shared();
+        if let Place::Folder(out) = place {
+            store._in_use = in_use(out, part)?;
         }
         // The present file has the same content, perhaps in another form.
-        if !at.exists() {
+        if !begun {
             if let Some(series) = &sweep.series {
-                write(&out.join(SERIES), series)?;
+                place.write(SERIES, series.clone())?;
             }
-            write(&at, to_toml(sweep.settings())?.as_bytes())?;
+            place.write(SWEEP, to_toml(sweep.settings())?.into_bytes())?;
         }
-        Ok(Self {
-            _in_use: lock,
-            ..store
-        })
+        Ok(store)
     }
 
-    /// The folder of a campaign as it is, for reading.
+    /// The place of a campaign as it is, for reading.
     #[must_use]
-    pub fn of(out: &Path) -> Self {
+    pub fn of(place: &Place) -> Self {
         Self {
-            out: out.to_owned(),
+            place: place.clone(),
             _in_use: None,
         }
     }
 
-    /// Takes away what a killed run left half-written; other runs may be in the middle of it.
-    fn sweep_up(&self) -> Result<()> {
-        for folder in [self.out.clone(), self.out.join(LANDINGS)] {
-            for entry in std::fs::read_dir(&folder).map_err(|e| Error::file(&folder, e))? {
-                let entry = entry.map_err(|e| Error::file(&folder, e))?;
-                if entry
-                    .file_name()
-                    .to_string_lossy()
-                    .starts_with(TEMPORARY_PREFIX)
-                {
-                    std::fs::remove_file(entry.path())
-                        .map_err(|e| Error::file(&entry.path(), e))?;
-                }
-            }
-        }
-        Ok(())
+    /// Where the files are.
+    #[must_use]
+    pub fn place(&self) -> &Place {
+        &self.place
     }
 
+    /// The path or the address of a block.
     pub(super) fn path(&self, block: u64) -> PathBuf {
-        self.out
-            .join(LANDINGS)
-            .join(format!("block-{block:06}.parquet"))
+        self.place.path(&name(block))
     }
 
     /// The blocks that are there, in their order.
@@ -117,28 +89,23 @@ impl Store {
     /// # Errors
     /// A folder that cannot be read, or a file in it that is no block.
     pub fn present(&self) -> Result<Vec<u64>> {
-        let landings = self.out.join(LANDINGS);
         let mut blocks = Vec::new();
-        if !landings.exists() {
-            return Ok(blocks);
-        }
-        for entry in std::fs::read_dir(&landings).map_err(|e| Error::file(&landings, e))? {
-            let entry = entry.map_err(|e| Error::file(&landings, e))?;
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if name.starts_with(TEMPORARY_PREFIX) {
+        for file in self.place.names(LANDINGS)? {
+            if file.starts_with(TEMPORARY_PREFIX) {
                 continue;
             }
-            let number = name
+            let number = file
                 .strip_prefix("block-")
                 .and_then(|n| n.strip_suffix(".parquet"));
+            let path = format!("{LANDINGS}/{file}");
             let block = number
                 .and_then(|n| n.parse().ok())
-                .filter(|b| self.path(*b) == entry.path());
+                .filter(|b| name(*b) == path);
             blocks.push(block.ok_or_else(|| {
                 Error::data(
-                    entry.path().display().to_string(),
+                    self.place.path(&path).display().to_string(),
                     "a block of landings, `block-000000.parquet`",
-                    name,
+                    file,
                 )
             })?);
         }
@@ -151,7 +118,7 @@ impl Store {
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, sweep: &Sweep, block: u64, rows: &[LandingRow]) -> Result<()> {
-        write(&self.path(block), &encode(sweep, rows)?)
+        self.place.write(&name(block), encode(sweep, rows)?)
     }
 
     /// Reads a block and checks that it is whole.
@@ -159,7 +126,7 @@ impl Store {
     /// # Errors
     /// A file that cannot be read, is of another sweep or lacks landings.
     pub fn read(&self, sweep: &Sweep, block: u64) -> Result<Vec<LandingRow>> {
-        decode(sweep, &self.path(block), sweep.range(block))
+        decode(sweep, (&self.place, &name(block)), sweep.range(block))
     }
 
     /// Reads all landings.
@@ -175,22 +142,57 @@ impl Store {
     }
 }
 
-/// Puts the shards of a campaign together in the folder `out`, and gives the sweep.
+/// Name of a block in a campaign's place.
+fn name(block: u64) -> String {
+    format!("{LANDINGS}/block-{block:06}.parquet")
+}
+
+/// Makes the folder of the blocks and takes part in its use.
+fn in_use(out: &Path, part: CampaignPart) -> Result<Option<File>> {
+    let landings = out.join(LANDINGS);
+    folder(&landings)?;
+    // Where folders cannot be locked, nothing is taken away: what a killed run left is in nobody's way.
+    let lock = File::open(&landings).ok();
+    if let Some(lock) = &lock {
+        // Other parts may run on other machines, and not every shared disk shows their locks.
+        if part == CampaignPart::Whole && lock.try_lock().is_ok() {
+            for folder in [out, &landings] {
+                sweep_up(folder)?;
+            }
+            let _ = lock.unlock();
+        }
+        // One of several runs, if there are any.
+        let _ = lock.lock_shared();
+    }
+    Ok(lock)
+}
+
+/// Takes away what a killed run left half-written in a folder; other runs may be in the middle of it.
+fn sweep_up(folder: &Path) -> Result<()> {
+    for entry in std::fs::read_dir(folder).map_err(|e| Error::file(folder, e))? {
+        let entry = entry.map_err(|e| Error::file(folder, e))?;
+        let name = entry.file_name();
+        if name.to_string_lossy().starts_with(TEMPORARY_PREFIX) {
+            std::fs::remove_file(entry.path()).map_err(|e| Error::file(&entry.path(), e))?;
+        }
+    }
+    Ok(())
+}
+
+/// Puts the shards of a campaign together in the place `out`, and gives the sweep.
 ///
 /// # Errors
-/// Folders of different campaigns; blocks that are missing, broken, or there twice; an `out` that holds other landings.
+/// Parts of different campaigns; blocks that are missing, broken, or there twice; an `out` that holds other landings.
 /// Nothing is written then. A merge that was killed is completed by the next one.
-pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
-    let mut first: Option<(Sweep, &PathBuf)> = None;
-    let mut places: Vec<Option<&PathBuf>> = Vec::new();
+pub fn merge(shards: &[Place], out: &Place) -> Result<(Sweep, Store)> {
+    let mut first: Option<(Sweep, &Place)> = None;
+    let mut places: Vec<Option<&Place>> = Vec::new();
     for shard in shards {
-        let sweep = Sweep::of_folder(shard)?;
+        let sweep = Sweep::of(shard)?;
         let (of, at) = first.get_or_insert_with(|| (sweep.clone(), shard));
         if of.sha256() != sweep.sha256() {
             return Err(Error::Arguments(format!(
-                "{} and {}: campaigns of different settings (SHA-256 {} and {})",
-                at.display(),
-                shard.display(),
+                "{at} and {shard}: campaigns of different settings (SHA-256 {} and {})",
                 of.sha256(),
                 sweep.sha256()
             )));
@@ -207,9 +209,7 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
             };
             if let Some(other) = place {
                 return Err(Error::Arguments(format!(
-                    "block {block} is there twice: in {} and in {}",
-                    other.display(),
-                    shard.display()
+                    "block {block} is there twice: in {other} and in {shard}"
                 )));
             }
             *place = Some(shard);
@@ -235,31 +235,25 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
     }
     let there = Store::of(out);
     let present = there.present()?;
-    let mut blocks = Vec::with_capacity(places.len());
+    let mut shards = Vec::with_capacity(places.len());
     for (block, shard) in (0_u64..).zip(places.into_iter().flatten()) {
-        let from = Store::of(shard);
-        from.read(&sweep, block)?;
-        let path = from.path(block);
-        if present.binary_search(&block).is_ok() && bytes(&there.path(block))? != bytes(&path)? {
+        Store::of(shard).read(&sweep, block)?;
+        let name = name(block);
+        if present.binary_search(&block).is_ok() && out.read(&name)? != shard.read(&name)? {
             return Err(Error::Arguments(format!(
-                "{}: contains another block {block} than {}; choose another folder",
-                out.display(),
-                shard.display()
+                "{out}: contains another block {block} than {shard}; choose another folder"
             )));
         }
-        blocks.push(path);
+        shards.push(shard);
     }
     let store = Store::open(out, &sweep, CampaignPart::Whole, true)?;
-    for (block, path) in (0_u64..).zip(&blocks) {
+    for (block, shard) in (0_u64..).zip(shards) {
         if present.binary_search(&block).is_err() {
-            write(&store.path(block), &bytes(path)?)?;
+            let name = name(block);
+            out.write(&name, shard.read(&name)?)?;
         }
     }
     Ok((sweep, store))
-}
-
-fn bytes(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|e| Error::file(path, e))
 }
 
 #[cfg(test)]
@@ -273,11 +267,17 @@ mod tests {
         let words = "# Mine.\ntrials = 1\n";
         std::fs::write(&file, words).unwrap();
         let sweep = Sweep::read(&file, None, None).unwrap();
-        Store::open(folder.path(), &sweep, CampaignPart::Whole, false).unwrap();
+        Store::open(&folder.path().into(), &sweep, CampaignPart::Whole, false).unwrap();
         assert_eq!(std::fs::read_to_string(&file).unwrap(), words);
         // In another one it is written out.
         let out = folder.path().join("out");
-        Store::open(&out, &sweep, CampaignPart::Whole, false).unwrap();
+        Store::open(
+            &Place::Folder(out.clone()),
+            &sweep,
+            CampaignPart::Whole,
+            false,
+        )
+        .unwrap();
         let there = Sweep::load(&out.join(SWEEP), None, None).unwrap();
         assert_eq!(there.sha256(), sweep.sha256());
     }
@@ -289,21 +289,22 @@ mod tests {
         std::fs::write(&file, "trials = 1\n").unwrap();
         let sweep = Sweep::read(&file, None, None).unwrap();
         let out = folder.path().join("out");
-        let one = Store::open(&out, &sweep, CampaignPart::Whole, false).unwrap();
+        let place = Place::Folder(out.clone());
+        let one = Store::open(&place, &sweep, CampaignPart::Whole, false).unwrap();
         // As the one is in the middle of a write.
         let writing = out.join(LANDINGS).join(format!("{TEMPORARY_PREFIX}x"));
         std::fs::write(&writing, "PAR1").unwrap();
-        let two = Store::open(&out, &sweep, CampaignPart::Whole, true).unwrap();
+        let two = Store::open(&place, &sweep, CampaignPart::Whole, true).unwrap();
         assert!(writing.exists());
         drop(one);
-        let three = Store::open(&out, &sweep, CampaignPart::Whole, true).unwrap();
+        let three = Store::open(&place, &sweep, CampaignPart::Whole, true).unwrap();
         assert!(writing.exists());
         drop((two, three));
         // A part may have neighbours on machines whose locks are not seen here.
         let part = CampaignPart::Shard("1/2".parse().unwrap());
-        drop(Store::open(&out, &sweep, part, true).unwrap());
+        drop(Store::open(&place, &sweep, part, true).unwrap());
         assert!(writing.exists());
-        Store::open(&out, &sweep, CampaignPart::Whole, true).unwrap();
+        Store::open(&place, &sweep, CampaignPart::Whole, true).unwrap();
         assert!(!writing.exists());
     }
 }

@@ -12,6 +12,7 @@ mod source;
 
 use crate::{Column, LogError, Place, Table, inspect};
 pub use apply::apply;
+use serde::{Deserialize, Serialize};
 use sindy_expr::Expr;
 use source::Source;
 use std::path::Path;
@@ -103,7 +104,7 @@ pub struct Map {
 }
 
 /// What a map states of the vehicle.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Vehicle {
     /// Mass (kg).
     pub mass_kg: Option<f64>,

@@ -1,21 +1,26 @@
 //! Campaigns in their folders: begun, flown by ranges of blocks, read.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
-use touchdown_campaign::Error;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::sweep::{
     self, BlockRange, CampaignPart, Simulation, Store, Sweep, summarise,
 };
+use touchdown_campaign::{Error, Place};
 
 use super::land::{Given, Heeding, SpaceLandings, settings_of};
 use super::{of_campaign, of_page};
 use crate::error;
 use crate::run::{self, Cancel};
+
+/// Where the files of a campaign are. Keys and endpoints of object storage are those of the environment.
+pub(super) fn place(out: &Path) -> touchdown_campaign::Result<Place> {
+    touchdown_storage::place(out, std::env::vars_os())
+}
 
 /// Counts landings, and tells them of a Ctrl-C.
 struct Counting {
@@ -62,7 +67,8 @@ pub(crate) fn campaign_begin(
             settings.trials = trials.unwrap_or(settings.trials);
             let sweep = Sweep::new(settings, &folder, name)?;
             cancel.heed();
-            let present = Store::open(&out, &sweep, CampaignPart::Whole, resume)?.present()?;
+            let store = Store::open(&place(&out)?, &sweep, CampaignPart::Whole, resume)?;
+            let present = store.present()?;
             let missing = (0..sweep.blocks()).filter(|block| present.binary_search(block).is_err());
             let (sha256, block) = (sweep.sha256().to_owned(), sweep.settings().block);
             Ok::<_, Error>((sha256, sweep.landings(), block, missing.collect()))
@@ -92,16 +98,16 @@ pub(crate) fn campaign_fly(
     };
     let done = run::watched(py, jobs, told, move |cancel| {
         Ok((|| {
-            let sweep = Sweep::of_folder(&folder)?;
+            let place = place(&folder)?;
+            let sweep = Sweep::of(&place)?;
             if sweep.sha256() != sha256 {
                 return Err(Error::Arguments(format!(
-                    "{}: expected a campaign with SHA-256 {sha256}, found {}",
-                    folder.display(),
+                    "{place}: expected a campaign with SHA-256 {sha256}, found {}",
                     sweep.sha256()
                 )));
             }
             let part = CampaignPart::Blocks(BlockRange::new(first..end).map_err(Error::Arguments)?);
-            let store = Store::open(&folder, &sweep, part, true)?;
+            let store = Store::open(&place, &sweep, part, true)?;
             let progress = Counting::new(cancel, flown);
             sweep::fly(&Simulation, &sweep, &store, part, &progress).map(drop)
         })())
@@ -113,6 +119,15 @@ pub(crate) fn campaign_fly(
     })
 }
 
+/// The blocks that are there, in their order. None is read.
+#[pyfunction]
+pub(crate) fn campaign_blocks(py: Python<'_>, folder: PathBuf) -> PyResult<Vec<u64>> {
+    let present = run::owned(py, Some(1), move |_| {
+        Ok(place(&folder).and_then(|place| Store::of(&place).present()))
+    })?;
+    present.map_err(|e| of_campaign(&e))
+}
+
 /// Reads all landings of a complete campaign.
 #[pyfunction]
 pub(crate) fn campaign_read(
@@ -122,8 +137,9 @@ pub(crate) fn campaign_read(
 ) -> PyResult<SpaceLandings> {
     let read = run::owned(py, jobs, move |_| {
         Ok((|| {
-            let sweep = Sweep::of_folder(&folder)?;
-            let rows = Store::of(&folder).read_all(&sweep)?;
+            let place = place(&folder)?;
+            let sweep = Sweep::of(&place)?;
+            let rows = Store::of(&place).read_all(&sweep)?;
             Ok::<_, Error>(SpaceLandings::new(Arc::new(sweep), rows))
         })())
     })?;
@@ -139,25 +155,28 @@ pub(crate) fn campaign_report(
 ) -> PyResult<()> {
     let written = run::owned(py, jobs, move |_| {
         Ok((|| {
-            let sweep = Sweep::of_folder(&folder)?;
-            let rows = Store::of(&folder).read_all(&sweep)?;
+            let place = place(&folder)?;
+            let sweep = Sweep::of(&place)?;
+            let rows = Store::of(&place).read_all(&sweep)?;
             let results = summarise(&sweep, &rows)?;
             let worst: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
             let traces = sweep::replay(&sweep, &worst)?;
-            touchdown_pages::campaign(&sweep, &rows, &results, &traces, &folder)
+            place.publish(|out| touchdown_pages::campaign(&sweep, &rows, &results, &traces, out))
         })())
     })?;
     written.map_err(|e| of_page(&e))
 }
 
-/// What is in the folder of a campaign, as JSON: that of `touchdown campaign status`.
+/// What of a campaign is there, as JSON: that of `touchdown campaign status`.
 #[pyfunction]
 pub(crate) fn campaign_status(
     py: Python<'_>,
     folder: PathBuf,
     jobs: Option<usize>,
 ) -> PyResult<String> {
-    let status = run::owned(py, jobs, move |_| Ok(sweep::status(&folder)))?;
+    let status = run::owned(py, jobs, move |_| {
+        Ok(place(&folder).and_then(|place| sweep::status(&place)))
+    })?;
     let status = status.map_err(|e| of_campaign(&e))?;
     serde_json::to_string(&status).map_err(|e| error::settings("status", &e))
 }

@@ -59,7 +59,7 @@ fn task(
     let mut settings: IdentificationSettings =
         serde_json::from_str(settings_json).map_err(|e| error::settings("settings", &e))?;
     for trial in trials {
-        let of_map = trial.vehicle;
+        let of_map = trial.of.vehicle;
         settings = settings.of_vehicle(VehicleSettings {
             mass_kg: of_map.mass_kg,
             rotor_radius_m: of_map.rotor_radius_m,
@@ -73,7 +73,7 @@ fn task(
     let vehicle = Vehicle {
         name: trials
             .iter()
-            .map(|t| &t.description)
+            .map(|t| &t.of.description)
             .find(|text| !text.is_empty())
             .cloned()
             .unwrap_or_default(),

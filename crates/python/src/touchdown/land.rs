@@ -1,12 +1,13 @@
 //! Landings: of the vertical vehicle, and in space.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods as _};
 use pyo3::IntoPyObjectExt as _;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use serde_json::Value;
 use touchdown_campaign::files;
 use touchdown_campaign::progress::Progress;
@@ -17,6 +18,7 @@ use touchdown_campaign::sweep::{
 use touchdown_campaign::{Error, Result};
 use touchdown_sim::landing::space::{Case, SpaceScenario};
 
+use super::campaign::place;
 use super::of_campaign;
 use crate::error::{self, fault};
 use crate::run::{self, Cancel};
@@ -81,6 +83,21 @@ impl Given {
         settings_file::merge(&mut whole, keys);
         whole.try_into().map_err(bad)
     }
+}
+
+/// Files by name, as pickle takes and gives them.
+pub(super) type Files = BTreeMap<String, Vec<u8>>;
+
+/// A function that makes landings again, and its arguments: files, the first landing and their number.
+type Restored<'py> = (Bound<'py, PyAny>, (Bound<'py, PyDict>, u64, usize));
+
+/// Files as `bytes` by name.
+pub(super) fn in_bytes<'py>(py: Python<'py>, files: &Files) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    for (name, bytes) in files {
+        out.set_item(name, PyBytes::new(py, bytes))?;
+    }
+    Ok(out)
 }
 
 /// Landings in space that were flown.
@@ -241,14 +258,32 @@ impl SpaceLandings {
         serde_json::to_string(&results).map_err(|e| error::settings("results", &e))
     }
 
+    /// What [`Self::__reduce__`] gives.
+    #[staticmethod]
+    fn restored(files: Files, first: u64, landings: u64) -> PyResult<Self> {
+        let (sweep, rows) = sweep::unpack(files, first, landings).map_err(|e| of_campaign(&e))?;
+        Ok(Self::new(Arc::new(sweep), rows))
+    }
+
+    /// For pickle and copy.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Restored<'py>> {
+        let files = sweep::pack(&self.sweep, &self.rows).map_err(|e| of_campaign(&e))?;
+        let first = self.rows.first().map_or(0, |row| row.landing);
+        let restored = py.get_type::<Self>().getattr("restored")?;
+        Ok((restored, (in_bytes(py, &files)?, first, self.rows.len())))
+    }
+
     /// Writes the figures of a campaign into its folder, with the bytes of the command's `summary.csv` and `results.json`.
     fn write_results(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         let written = py.detach(|| -> Result<()> {
             let results = summarise(&self.sweep, &self.rows)?;
+            let place = place(&folder)?;
             // What killed workers left half-written is taken away.
-            Store::open(&folder, &self.sweep, CampaignPart::Whole, true)?;
-            files::write(&folder.join("summary.csv"), results.csv()?.as_bytes())?;
-            files::results(&folder, &results)
+            Store::open(&place, &self.sweep, CampaignPart::Whole, true)?;
+            place.publish(|out| {
+                files::write(&out.join("summary.csv"), results.csv()?.as_bytes())?;
+                files::results(out, &results)
+            })
         });
         written.map_err(|e| of_campaign(&e))
     }

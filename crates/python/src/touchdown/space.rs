@@ -4,17 +4,23 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use touchdown_campaign::settings_file::to_toml;
 use touchdown_campaign::sweep::{self, Sweep};
 use touchdown_campaign::{Error, Result};
 
-use super::land::{CardFiles, Given, Heeding, SpaceLandings, put_cards, settings_of};
+use super::land::{
+    CardFiles, Files, Given, Heeding, SpaceLandings, in_bytes, put_cards, settings_of,
+};
 use super::of_campaign;
 use crate::error::fault;
 use crate::run;
 
 /// Trials that a scenario has: the most that a sweep may have.
 const TRIALS: u64 = 100_000_000;
+
+/// A function that makes a scenario again, and its argument.
+type Restored<'py> = (Bound<'py, PyAny>, (Bound<'py, PyDict>,));
 
 /// A scenario, checked.
 #[pyclass(frozen, module = "sindy._native")]
@@ -67,6 +73,21 @@ impl Space {
         })?;
         let sweep = Arc::new(made.map_err(|e| of_campaign(&e))?);
         Ok(Self { sweep })
+    }
+
+    /// What [`Self::__reduce__`] gives.
+    #[staticmethod]
+    fn restored(files: Files) -> PyResult<Self> {
+        let (sweep, _) = sweep::unpack(files, 0, 0).map_err(|e| of_campaign(&e))?;
+        let sweep = Arc::new(sweep);
+        Ok(Self { sweep })
+    }
+
+    /// For pickle and copy.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Restored<'py>> {
+        let files = sweep::pack(&self.sweep, &[]).map_err(|e| of_campaign(&e))?;
+        let restored = py.get_type::<Self>().getattr("restored")?;
+        Ok((restored, (in_bytes(py, &files)?,)))
     }
 
     /// The landing of a trial.

@@ -4,16 +4,24 @@ use std::path::{Path, PathBuf};
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use touchdown_log::Map;
+use touchdown_trial::Provenance;
 
 use super::of_log;
-use crate::error::fault;
+use crate::error::{self, fault};
 use crate::run;
 
 /// A recorded run: time, named channels with units, gaps as NaN.
 #[pyclass(frozen, module = "sindy._native")]
 pub(crate) struct Trial {
     pub(crate) trial: touchdown_trial::Trial,
+    pub(crate) of: Origin,
+}
+
+/// What is known of a trial beside its numbers.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Origin {
     /// What the map says of the vehicle, for identification.
     pub(crate) vehicle: touchdown_log::Vehicle,
     /// What the map says that it is of.
@@ -23,6 +31,15 @@ pub(crate) struct Trial {
     rows_used: usize,
     lossy: bool,
 }
+
+/// Channels as arrays by name.
+type Channels<'py> = Vec<(String, Bound<'py, PyArray1<f64>>)>;
+
+/// A function that makes a trial again, and its arguments: name, times, channels, and in JSON what else is known.
+type Restored<'py> = (
+    Bound<'py, PyAny>,
+    (String, Bound<'py, PyArray1<f64>>, Channels<'py>, String),
+);
 
 /// A refusal of a trial's own rules.
 fn of_trial(error: &touchdown_trial::TrialError) -> PyErr {
@@ -53,15 +70,15 @@ impl Trial {
             Ok(touchdown_log::read_trial(path, map.as_ref()))
         })?;
         let (trial, findings) = read.map_err(|e| of_log("path", &e))?;
-        Ok(Self {
-            trial,
+        let of = Origin {
             vehicle,
             description,
             rows_read: findings.rows_read,
             rows_used: findings.rows_used,
             lossy: findings.is_lossy(),
             warnings: findings.warnings,
-        })
+        };
+        Ok(Self { trial, of })
     }
 
     /// A trial of columns: times, and channels by name.
@@ -79,15 +96,39 @@ impl Trial {
                 .with_channel(channel, values.as_array().to_vec())
                 .map_err(|e| of_trial(&e))?;
         }
-        Ok(Self {
-            trial,
-            vehicle: touchdown_log::Vehicle::default(),
-            description: String::new(),
-            warnings: Vec::new(),
+        let of = Origin {
             rows_read: rows,
             rows_used: rows,
-            lossy: false,
-        })
+            ..Origin::default()
+        };
+        Ok(Self { trial, of })
+    }
+
+    /// What [`Self::__reduce__`] gives.
+    #[staticmethod]
+    fn restored(
+        name: &str,
+        time_s: PyReadonlyArray1<'_, f64>,
+        channels: Vec<(String, PyReadonlyArray1<'_, f64>)>,
+        origin: &str,
+    ) -> PyResult<Self> {
+        let of_numbers = Self::from_columns(name, time_s, channels)?;
+        let (provenance, of): (Provenance, Origin) =
+            serde_json::from_str(origin).map_err(|e| error::settings("trial", &e))?;
+        let trial = of_numbers.trial.with_provenance(provenance);
+        Ok(Self { trial, of })
+    }
+
+    /// For pickle and copy.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Restored<'py>> {
+        let array = |values: &[f64]| PyArray1::from_slice(py, values);
+        let channels = self.trial.channels();
+        let channels = channels.map(|(name, values)| (name.to_owned(), array(values)));
+        let origin = serde_json::to_string(&(self.trial.provenance(), &self.of))
+            .map_err(|e| error::settings("trial", &e))?;
+        let restored = py.get_type::<Self>().getattr("restored")?;
+        let (name, time) = (self.name().to_owned(), array(self.trial.time_s()));
+        Ok((restored, (name, time, channels.collect(), origin)))
     }
 
     /// The name: that of the file.
@@ -132,13 +173,13 @@ impl Trial {
     /// What reading it found.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+        self.of.warnings.clone()
     }
 
     /// Rows of the file, rows in the trial, and whether input was lost.
     #[getter]
     fn rows(&self) -> (usize, usize, bool) {
-        (self.rows_read, self.rows_used, self.lossy)
+        (self.of.rows_read, self.of.rows_used, self.of.lossy)
     }
 }
 

@@ -99,7 +99,7 @@ pub(crate) fn validate<'py>(
         return Err(fault(message, "thrust", expected, "none"));
     }
     let seen = seen(&card.card, &trial.trial);
-    let (card, trial, vehicle) = (card.card.clone(), trial.trial.clone(), trial.vehicle);
+    let (card, trial, vehicle) = (card.card.clone(), trial.trial.clone(), trial.of.vehicle);
     let held = Held {
         scale,
         height_offset_m,

@@ -237,48 +237,44 @@ impl VerticalLandings {
         self.warnings.clone()
     }
 
-    /// The time series of one landing.
-    fn trace<'py>(&self, py: Python<'py>, landing: usize) -> PyResult<Bound<'py, PyDict>> {
-        let trace = self
-            .landings
-            .get(landing)
-            .and_then(|(_, l)| l.trace.as_ref());
-        let trace = trace.ok_or_else(|| {
-            let expected =
-                "a landing that keeps its series: one of the first `traces` of its controller";
-            let found = landing.to_string();
-            fault(
-                format!("landing: expected {expected}, found {found}"),
-                "landing",
-                expected,
-                &found,
-            )
-        })?;
-        let LandingTrace {
-            time_s,
-            height_m,
-            relative_velocity_mps,
-            deck_height_m,
-            vehicle_height_m,
-            throttle,
-            commanded_thrust_n,
-            ground_effect_n,
-            ground_effect_estimate_n,
-        } = trace;
+    /// The time series of the landings that keep them, by the row of the landing.
+    fn traces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        for (name, values) in [
-            ("time_s", time_s),
-            ("height_m", height_m),
-            ("relative_velocity_mps", relative_velocity_mps),
-            ("deck_height_m", deck_height_m),
-            ("vehicle_height_m", vehicle_height_m),
-            ("throttle", throttle),
-            ("commanded_thrust_n", commanded_thrust_n),
-            ("ground_effect_n", ground_effect_n),
-            ("ground_effect_estimate_n", ground_effect_estimate_n),
-        ] {
-            out.set_item(name, PyArray1::from_slice(py, values))?;
+        for (row, (_, landing)) in self.landings.iter().enumerate() {
+            if let Some(trace) = &landing.trace {
+                out.set_item(row, series(py, trace)?)?;
+            }
         }
         Ok(out)
     }
+}
+
+/// The time series of one landing as arrays by name.
+fn series<'py>(py: Python<'py>, trace: &LandingTrace) -> PyResult<Bound<'py, PyDict>> {
+    let LandingTrace {
+        time_s,
+        height_m,
+        relative_velocity_mps,
+        deck_height_m,
+        vehicle_height_m,
+        throttle,
+        commanded_thrust_n,
+        ground_effect_n,
+        ground_effect_estimate_n,
+    } = trace;
+    let out = PyDict::new(py);
+    for (name, values) in [
+        ("time_s", time_s),
+        ("height_m", height_m),
+        ("relative_velocity_mps", relative_velocity_mps),
+        ("deck_height_m", deck_height_m),
+        ("vehicle_height_m", vehicle_height_m),
+        ("throttle", throttle),
+        ("commanded_thrust_n", commanded_thrust_n),
+        ("ground_effect_n", ground_effect_n),
+        ("ground_effect_estimate_n", ground_effect_estimate_n),
+    ] {
+        out.set_item(name, PyArray1::from_slice(py, values))?;
+    }
+    Ok(out)
 }

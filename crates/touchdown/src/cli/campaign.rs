@@ -6,11 +6,11 @@ use std::sync::Arc;
 use serde::Serialize;
 use touchdown::{Error, Result};
 use touchdown_campaign::files::write;
-use touchdown_campaign::recording;
 use touchdown_campaign::sweep::{
     self, CampaignPart, CampaignResults, CampaignStatus, LandingRow, SampleSummary, Shard,
     Simulation, Store, Sweep, summarise,
 };
+use touchdown_campaign::{Place, recording};
 use touchdown_sim::landing::space::SpaceTrace;
 
 use super::args::land::{CampaignArgs, CampaignCommand};
@@ -46,11 +46,16 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
         Some(CampaignCommand::Merge { folders, out, mcap }) => {
             mcap.as_deref().map_or(Ok(()), output::folder)?;
             context.writes_into(out);
-            let (sweep, store) = sweep::merge(folders, out)?;
-            report(context, &sweep, &store, out, mcap.as_deref())
+            let shards: Vec<Place> = folders
+                .iter()
+                .map(|folder| place(folder))
+                .collect::<Result<_>>()?;
+            let (sweep, store) = sweep::merge(&shards, &place(out)?)?;
+            report(context, &sweep, &store, mcap.as_deref())
         }
         Some(CampaignCommand::Status { folder }) => {
-            print_status(context, folder, &sweep::status(folder)?);
+            let place = place(folder)?;
+            print_status(context, &place, &sweep::status(&place)?)?;
             Ok(Done::Whole)
         }
         Some(CampaignCommand::Block(args)) => block_size::run(context, args),
@@ -62,6 +67,11 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
         }) => replay(context, &Sweep::read(sweep, None, None)?, landings, mcap),
         None => fly(context, args),
     }
+}
+
+/// Where the files of a campaign are. Keys and endpoints of object storage are those of the environment.
+fn place(out: &Path) -> Result<Place> {
+    Ok(touchdown_storage::place(out, std::env::vars_os())?)
 }
 
 /// States what of the vehicle and the deck follows from the files, and the air in which the vehicle can land.
@@ -80,6 +90,7 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         return Err(Error::Arguments("expected a sweep file".into()));
     };
     output::must_not_be_a_file(Some(&args.out))?;
+    let place = place(&args.out)?;
     let part = args.part();
     let sweep = Sweep::read_part(path, args.trials, args.seed, part)?;
     state(context, &sweep)?;
@@ -94,10 +105,16 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
                 .into(),
         ));
     }
+    if let (true, Place::Storage(_)) = (with_autopilot, &place) {
+        return Err(Error::Arguments(format!(
+            "--out {place}: expected a folder, because an autopilot in the loop writes records and logs, found an address"
+        )));
+    }
     let backend = AutopilotBackend::of(context, &sweep, &args.out)?;
-    let store = Arc::new(Store::open(&args.out, &sweep, part, args.resume)?);
+    let store = Arc::new(Store::open(&place, &sweep, part, args.resume)?);
     if part == CampaignPart::Whole {
-        output::results_folder(context, &args.out)?;
+        place.begin_results()?;
+        output::announce_results(context, &args.out);
         // Before the landings are flown that it is for; a part writes no records.
         args.mcap.as_deref().map_or(Ok(()), output::folder)?;
     }
@@ -114,7 +131,7 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         None => Ok(sweep::fly(&Simulation, &sweep, &store, part, context)?),
     })?;
     if part == CampaignPart::Whole {
-        return report(context, &sweep, &store, &args.out, args.mcap.as_deref());
+        return report(context, &sweep, &store, args.mcap.as_deref());
     }
     part_flown(context, args, &sweep, there);
     Ok(Done::Whole)
@@ -186,15 +203,11 @@ pub(crate) fn smaller_blocks(sweep: &Sweep, parts: u64) -> String {
 }
 
 /// What is there, what is missing as `--blocks` takes it, and what to do next.
-fn print_status(context: &Context, folder: &Path, status: &CampaignStatus) {
-    let out = word(&folder.display().to_string());
+fn print_status(context: &Context, place: &Place, status: &CampaignStatus) -> Result<()> {
+    let out = word(&place.to_string());
     let mut lines = vec![format!(
-        "{}: {} of {} blocks are there, with {} of {} landings",
-        folder.display(),
-        status.blocks_there,
-        status.blocks,
-        status.rows,
-        status.landings
+        "{place}: {} of {} blocks are there, with {} of {} landings",
+        status.blocks_there, status.blocks, status.rows, status.landings
     )];
     let shown = &status.missing[..status.missing.len().min(SHOWN_RANGES)];
     let ranges: Vec<String> = shown.iter().map(|[a, b]| format!("{a}..{b}")).collect();
@@ -208,7 +221,7 @@ fn print_status(context: &Context, folder: &Path, status: &CampaignStatus) {
         lines.push(format!(
             "`touchdown campaign {out}/sweep.toml --out {out} --resume` flies them"
         ));
-    } else if status.complete && !folder.join(output::RESULTS).exists() {
+    } else if status.complete && !place.has(output::RESULTS)? {
         lines.push(format!(
             "`touchdown campaign merge {out} --out {out}` writes figures and report"
         ));
@@ -221,6 +234,7 @@ fn print_status(context: &Context, folder: &Path, status: &CampaignStatus) {
         ));
     }
     context.object(status);
+    Ok(())
 }
 
 /// Runs a computation on as many threads as were asked for.
@@ -256,16 +270,9 @@ fn resume(args: &CampaignArgs, sweep: &Path) -> String {
 }
 
 /// Figures, tables and the report of a complete campaign.
-fn report(
-    context: &Context,
-    sweep: &Sweep,
-    store: &Store,
-    out: &Path,
-    mcap: Option<&Path>,
-) -> Result<Done> {
+fn report(context: &Context, sweep: &Sweep, store: &Store, mcap: Option<&Path>) -> Result<Done> {
     let rows: Vec<LandingRow> = store.read_all(sweep)?;
     let results = summarise(sweep, &rows)?;
-    write(&out.join("summary.csv"), results.csv()?.as_bytes())?;
     let landings: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
     let worst = match results.autopilot {
         // No landing under an autopilot is flown twice alike.
@@ -275,25 +282,39 @@ fn report(
     if let Some(folder) = mcap {
         records(&landings, &worst, folder)?;
     }
-    finish(context, sweep, &rows, &results, &worst, out)
+    store.place().publish(|out| {
+        write(&out.join("summary.csv"), results.csv()?.as_bytes())?;
+        write_report(sweep, &rows, &results, &worst, out)
+    })?;
+    let out = PathBuf::from(store.place().to_string());
+    Ok(print_report(context, sweep, &rows, &results, &out))
 }
 
-/// Writes the report and the results, and prints the summary and why no landing of a point landed.
-pub(crate) fn finish(
-    context: &Context,
+/// Writes the report and the results.
+pub(crate) fn write_report(
     sweep: &Sweep,
     rows: &[LandingRow],
     results: &CampaignResults,
     worst: &[SpaceTrace],
     out: &Path,
-) -> Result<Done> {
+) -> Result<()> {
     touchdown_pages::campaign(sweep, rows, results, worst, out)?;
-    output::results(out, results)?;
+    output::results(out, results)
+}
+
+/// Prints the summary, why no landing of a point landed, and where the report is.
+pub(crate) fn print_report(
+    context: &Context,
+    sweep: &Sweep,
+    rows: &[LandingRow],
+    results: &CampaignResults,
+    out: &Path,
+) -> Done {
     let mut lines = vec![table(results)];
     lines.extend(outcomes::not_flown(sweep, rows, results));
     lines.extend(outcomes::points_without_landing(sweep, rows, results));
     context.reported(&lines.join("\n"), out, results);
-    Ok(Done::Whole)
+    Done::Whole
 }
 
 /// What a replay has written.

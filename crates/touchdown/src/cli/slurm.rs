@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use touchdown::{Error, Result};
+use touchdown_campaign::files::is_address;
 use touchdown_campaign::sweep::Sweep;
 use touchdown_terminal::Done;
 
@@ -63,6 +64,14 @@ wait "$campaign"
 "#;
 
 pub(crate) fn run(context: &Context, args: &SlurmArgs) -> Result<Done> {
+    if is_address(&args.out) {
+        return Err(Error::Arguments(format!(
+            "--out {}: expected a folder on a disk that all nodes see, found an address; tasks that fly into object storage are \
+             `touchdown campaign SWEEP --blocks A..B --resume --out {}`",
+            args.out.display(),
+            word(&args.out.display().to_string())
+        )));
+    }
     let sweep = Sweep::read(&args.sweep, args.trials, args.seed)?;
     if args.tasks > sweep.blocks() {
         return Err(Error::Arguments(format!(

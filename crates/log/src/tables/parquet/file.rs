@@ -10,6 +10,7 @@ use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, Length as _, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
+use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -107,8 +108,18 @@ impl ParquetFile {
     /// table of contents.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let name = path.as_ref().display().to_string();
-        let file = touchdown_files::open(path.as_ref()).and_then(Bounded::new);
-        let file = file.map_err(|source| LogError::Read {
+        match touchdown_files::open(path.as_ref()) {
+            Ok(file) => Self::of(file, name),
+            Err(source) => Err(LogError::Read { path: name, source }),
+        }
+    }
+
+    /// As [`Self::open`], of a file that is open already; `name` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn of(file: File, name: String) -> Result<Self, LogError> {
+        let file = Bounded::new(file).map_err(|source| LogError::Read {
             path: name.clone(),
             source,
         })?;

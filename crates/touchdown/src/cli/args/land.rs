@@ -80,6 +80,10 @@ Examples:
   touchdown campaign status campaign                                      what is there, and what is missing
   touchdown campaign replay campaign/sweep.toml --landing 17 --mcap replays
 
+--out can be an address in object storage: s3://bucket/name, gs://bucket/name or az://container/name. Keys and endpoints are those
+of the environment: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION, AWS_ENDPOINT_URL (of another server than Amazon's);
+GOOGLE_APPLICATION_CREDENTIALS; AZURE_STORAGE_ACCOUNT_NAME, AZURE_STORAGE_ACCOUNT_KEY.
+
 The folder of --out gets landings/ (Parquet, a file for each block of landings, written as soon as the block is flown),
 sweep.toml, summary.csv, results.json, figures/ and report.html. An interruption loses the running block only. The files
 are the same for any number of cores, any split into shards and any interruption. A part (--shard, --blocks) writes
@@ -120,7 +124,7 @@ pub(crate) struct CampaignArgs {
     /// Folder for the worst landings as MCAP files, for Foxglove and PlotJuggler
     #[arg(long, value_name = "DIR")]
     pub(crate) mcap: Option<PathBuf>,
-    /// Folder for landings, results, figures and report
+    /// Folder for landings, results, figures and report, or an address in object storage
     #[arg(long, default_value = "out/campaign")]
     pub(crate) out: PathBuf,
 }
@@ -140,17 +144,17 @@ impl CampaignArgs {
 pub(crate) enum CampaignCommand {
     /// Say what of a campaign is in its folder: blocks, landings, and what is missing or broken
     Status {
-        /// Folder of the campaign, or of a part of it
+        /// Folder or address of the campaign, or of a part of it
         folder: PathBuf,
     },
     /// Put shards together
     ///
     /// The files are the same as those of a campaign that was flown whole.
     Merge {
-        /// Folders of shards
+        /// Folders or addresses of shards
         #[arg(required = true)]
         folders: Vec<PathBuf>,
-        /// Folder for the whole campaign
+        /// Folder or address for the whole campaign
         #[arg(long)]
         out: PathBuf,
         /// Folder for the worst landings as MCAP files, for Foxglove and PlotJuggler

@@ -12,7 +12,7 @@ use touchdown_model::Card;
 use touchdown_sim::landing::space::Case;
 
 use crate::cli::args::land::LandArgs;
-use crate::cli::campaign::{Recording, finish, record, state};
+use crate::cli::campaign::{Recording, print_report, record, state, write_report};
 use crate::cli::context::Context;
 use crate::cli::output;
 use touchdown_campaign::progress::Progress as _;
@@ -69,7 +69,8 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     }
     let worst: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
     let worst = sweep::replay(&sweep, &worst)?;
-    finish(context, &sweep, &rows, &results, &worst, &args.out)
+    write_report(&sweep, &rows, &results, &worst, &args.out)?;
+    Ok(print_report(context, &sweep, &rows, &results, &args.out))
 }
 
 fn load(args: &LandArgs) -> Result<Sweep> {
