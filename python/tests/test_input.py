@@ -74,6 +74,10 @@ def test_prop_numbers_of_numpy_are_settings() -> None:
     [
         ("method", {"method": "regression"}, {}),
         ("settings", {"settings": {"foo": 1}}, {}),
+        ("noise", {"noise": "foo"}, {}),
+        ("rows", {"settings": {"rows": 1.5}}, {}),
+        ("rows", {"settings": {"rows": -1}}, {}),
+        ("rows", {"settings": {"rows": "many"}}, {}),
         ("discrete", {"discrete": "yes"}, {}),
         ("smoothing", {"smoothing": None}, {}),
         ("n_jobs", {"n_jobs": 10**9}, {}),
@@ -91,6 +95,8 @@ def test_prop_bad_input_is_one_error_with_its_key(key: str, options: dict[str, A
         model(**options).fit(**{"x": X, "t": T, **given})
     assert error.value.key == key
     assert error.value.expected and error.value.found
+    # No type of Rust, and nothing of the text that carries the settings.
+    assert not any(word in str(error.value) for word in ("usize", "f64", "struct", "variant", "line 1"))
 
 
 def test_prop_a_model_names_what_it_lacks() -> None:

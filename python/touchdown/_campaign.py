@@ -77,8 +77,8 @@ class _Begun:
 
 
 def _is_address(place: str) -> bool:
-    """Whether a place is an address in object storage."""
-    return re.match(r"[A-Za-z][A-Za-z0-9+.-]*://", place) is not None
+    """Whether a place is an address in object storage, also as ``pathlib`` writes it: ``s3:/bucket``, which is refused."""
+    return re.match(r"\s*([A-Za-z][A-Za-z0-9+.-]*://|(s3|gs|az):)", place, re.IGNORECASE) is not None
 
 
 def _place(place: Path) -> str:

@@ -13,6 +13,7 @@ from sindy import _native
 from sindy._errors import fault, whole
 from sindy._solvers import threads
 
+from ._campaign import _place
 from ._card import Card
 from ._land import Scenario, _given
 from ._table import Table
@@ -149,7 +150,7 @@ def reproduce(
         `results`, tables, cards, trials, figures and the report. ``Reproduction(folder)`` reads it again.
     """
     file, keys = _given(settings)
-    folder = os.path.abspath(os.fspath(out))
+    folder = _place(out)
     trials, seed = whole("trials", trials, 1), whole("seed", seed)
     _native.reproduce(file, keys, folder, quick, trials, seed, threads(n_jobs), progress)
     return Reproduction(folder)

@@ -22,6 +22,7 @@ static WRITERS: RwLock<()> = RwLock::new(());
 /// # Errors
 /// A file that is not there or cannot be read, a folder, a pipe and a device.
 pub fn open(path: &Path) -> io::Result<File> {
+    refuse_address(path)?;
     let kind = std::fs::metadata(path)?.file_type();
     if kind.is_file() {
         return File::open(path);
@@ -37,6 +38,33 @@ pub fn open(path: &Path) -> io::Result<File> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, text))
 }
 
+/// Whether a path is an address such as `s3://bucket/name`; also as `s3:/bucket/name`, which is what becomes of it where paths
+/// are put in order.
+#[must_use]
+pub fn is_address(path: &Path) -> bool {
+    let text = path.to_string_lossy();
+    let Some((scheme, rest)) = text.trim_start().split_once(':') else {
+        return false;
+    };
+    let is_scheme = scheme.starts_with(|c: char| c.is_ascii_alphabetic())
+        && scheme
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
+    let of_storage = ["s3", "gs", "az"].contains(&scheme.to_ascii_lowercase().as_str());
+    is_scheme && (of_storage || rest.starts_with("//"))
+}
+
+/// Refuses an address in place of a file: it would become a folder of that name.
+fn refuse_address(path: &Path) -> io::Result<()> {
+    match is_address(path) {
+        false => Ok(()),
+        true => Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "expected a file, found an address",
+        )),
+    }
+}
+
 /// Longest text that is read whole (bytes): settings, maps and cards have some thousands. A device that never ends would fill
 /// the memory; twice or half of this refuses no file that anyone writes.
 const LONGEST_TEXT: u64 = 16 << 20;
@@ -47,6 +75,7 @@ const LONGEST_TEXT: u64 = 16 << 20;
 /// A file that cannot be read, one of more than 16 MiB (or without an end), and one that is not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let mut text = String::new();
+    refuse_address(path)?;
     // The length is counted before the text is judged: a limit can lie within a character.
     let mut bytes = Vec::new();
     File::open(path)?
@@ -77,6 +106,7 @@ fn is_pipe(_: std::fs::FileType) -> bool {
 /// # Errors
 /// A file that cannot be written; what was at `path` before is then still there.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    refuse_address(path)?;
     let _writing = WRITERS.read().unwrap_or_else(PoisonError::into_inner);
     let mut builder = tempfile::Builder::new();
     builder.prefix(TEMPORARY_PREFIX);
@@ -98,6 +128,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// # Errors
 /// A file or a folder that cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    refuse_address(path)?;
     std::fs::create_dir_all(folder_of(path))?;
     write_whole(path, bytes)
 }
@@ -134,6 +165,33 @@ mod tests {
         assert!(read_text(&path).is_err(), "not UTF-8");
         #[cfg(unix)]
         assert!(read_text(Path::new("/dev/zero")).is_err());
+    }
+
+    #[test]
+    fn prop_an_address_is_no_file() {
+        for address in [
+            "s3://b/x",
+            "S3://b",
+            "https://h/x",
+            "az:/c/x",
+            " gs://b",
+            "s3:b",
+        ] {
+            let path = Path::new(address);
+            assert!(is_address(path), "{address}");
+            for error in [
+                write(path, b"one").unwrap_err(),
+                read_text(path).unwrap_err(),
+            ] {
+                assert!(error.to_string().contains("found an address"), "{error}");
+            }
+        }
+        for path in [
+            "a:b", "c/d", "e:/f", "://g", "a/s3://b", "C:\\x", "s3", "a b://c",
+        ] {
+            assert!(!is_address(Path::new(path)), "{path}");
+        }
+        assert!(!Path::new("s3:").exists());
     }
 
     #[test]

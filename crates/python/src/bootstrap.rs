@@ -58,7 +58,7 @@ type Bootstrapped<'py> = (Model, String, Vec<Model>, String, Vec<Matrix<'py>>);
 
 impl Settings {
     fn read(text: &str) -> PyResult<Self> {
-        serde_json::from_str(text).map_err(|e| error::settings("bootstrap", &e))
+        error::read("bootstrap", text)
     }
 
     fn build(self) -> Result<Bootstrap, SindyError> {

@@ -4,6 +4,7 @@ use std::any::Any;
 
 use pyo3::import_exception;
 use pyo3::prelude::*;
+use serde::de::DeserializeOwned;
 
 // The classes stand in `python/sindy/_errors.py`, where people and type checkers read them.
 import_exception!(sindy._errors, SindyError);
@@ -73,17 +74,51 @@ pub(crate) fn of(error: &sindy::SindyError) -> PyErr {
     fault(error.to_string(), &key, &expected, &found)
 }
 
-/// A text in JSON from the Python side that does not read: settings with unknown keys or values.
+/// Reads a text in JSON from the Python side. `key` names the whole of it in errors; within it, an error has the path of
+/// what does not read.
+pub(crate) fn read<T: DeserializeOwned>(key: &str, text: &str) -> PyResult<T> {
+    let mut json = serde_json::Deserializer::from_str(text);
+    serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        let path = error.path().to_string();
+        let key = if path == "." { key } else { &path };
+        settings(key, error.inner())
+    })
+}
+
+/// What does not read or write as JSON: settings with unknown keys or values.
 pub(crate) fn settings(key: &str, error: &serde_json::Error) -> PyErr {
-    let found = error.to_string();
+    let said = error.to_string();
     // Line and column are of a text that the caller never saw.
-    let found = found.split(" at line ").next().unwrap_or(&found);
+    let said = said.split(" at line ").next().unwrap_or(&said);
+    let (found, expected) = said
+        .split_once(", expected ")
+        .map_or((said, "known keys and values"), |(f, e)| (f, in_python(e)));
+    let kinds = ["unknown variant ", "invalid type: ", "invalid value: "];
+    let found = kinds
+        .iter()
+        .find_map(|kind| found.strip_prefix(kind))
+        .unwrap_or(found);
     fault(
-        format!("setting `{key}`: {found}"),
+        format!("setting `{key}`: expected {expected}, found {found}"),
         key,
-        "known keys and values",
+        expected,
         found,
     )
+}
+
+/// What is expected, in place of the name of a type in Rust.
+fn in_python(expected: &str) -> &str {
+    match expected {
+        "usize" | "u64" | "u32" | "u16" | "u8" => "a whole number from 0",
+        "f64" => "a number",
+        "a boolean" => "True or False",
+        "a string" => "a text",
+        "a sequence" => "a list",
+        "a map" => "a dict",
+        name if name.starts_with("struct ") => "a dict",
+        name if name.starts_with("a tuple ") || name.starts_with("an array ") => "a list",
+        other => other,
+    }
 }
 
 /// A panic: a defect, not a fault of the caller.

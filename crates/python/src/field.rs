@@ -59,8 +59,7 @@ pub(crate) fn identify_fields(
     settings_json: &str,
     jobs: Option<usize>,
 ) -> PyResult<FieldEquations> {
-    let settings: Settings =
-        serde_json::from_str(settings_json).map_err(|e| error::settings("settings", &e))?;
+    let settings: Settings = error::read("settings", settings_json)?;
     let data = data.iter().map(field_data).collect::<Result<Vec<_>, _>>();
     let data = data.map_err(|e| error::of(&e))?;
     let Some(first) = data.first() else {

@@ -58,8 +58,7 @@ impl Task {
         solver_json: &str,
         period: Option<f64>,
     ) -> PyResult<Self> {
-        let solver =
-            serde_json::from_str(solver_json).map_err(|e| error::settings("solver", &e))?;
+        let solver = error::read("solver", solver_json)?;
         Ok(Self {
             libraries: per_state(libraries, states.len())?,
             states,
@@ -216,8 +215,7 @@ pub(crate) fn identify(
     settings_json: &str,
     jobs: Option<usize>,
 ) -> PyResult<(Model, String)> {
-    let settings: Settings =
-        serde_json::from_str(settings_json).map_err(|e| error::settings("settings", &e))?;
+    let settings: Settings = error::read("settings", settings_json)?;
     let data = dataset(&states, &inputs, &trajectories).map_err(|e| error::of(&e))?;
     let call = Identify::per_equation(per_state(&libraries, states.len())?)
         .settings(settings)

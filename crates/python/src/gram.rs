@@ -142,7 +142,7 @@ impl Gram {
             states: self.states.clone(),
             inputs: self.inputs.clone(),
             libraries: self.libraries.clone(),
-            solver: serde_json::from_str(solver_json).map_err(|e| error::settings("solver", &e))?,
+            solver: error::read("solver", solver_json)?,
             time: period.map_or(Time::Continuous, |period| Time::Discrete { period }),
         };
         let grams = self.grams.clone();
@@ -235,7 +235,7 @@ impl Gram {
     /// The statistics of a text.
     #[staticmethod]
     fn from_json(text: &str) -> PyResult<Self> {
-        let kept: Kept = serde_json::from_str(text).map_err(|e| error::settings("gram", &e))?;
+        let kept: Kept = error::read("gram", text)?;
         let libraries: Vec<sindy::Library> = kept
             .terms
             .iter()

@@ -62,8 +62,7 @@ pub(crate) fn sample_horseshoe<'py>(
     rows: usize,
     settings_json: &str,
 ) -> PyResult<Sampled<'py>> {
-    let settings: Settings =
-        serde_json::from_str(settings_json).map_err(|e| error::settings("horseshoe", &e))?;
+    let settings: Settings = error::read("horseshoe", settings_json)?;
     let (products, with_targets) = (products.as_array(), with_targets.as_array());
     let p = products.nrows();
     if products.ncols() != p || with_targets.dim() != (p, squares.len()) {

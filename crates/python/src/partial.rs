@@ -45,8 +45,7 @@ impl PartialSums {
         heads: Vec<Arrays<'_>>,
         jobs: Option<usize>,
     ) -> PyResult<Self> {
-        let settings: Settings =
-            serde_json::from_str(settings_json).map_err(|e| error::settings("settings", &e))?;
+        let settings: Settings = error::read("settings", settings_json)?;
         let call = Identify::per_equation(per_state(&libraries, states.len())?)
             .settings(settings)
             .map_err(|e| error::of(&e))?;

@@ -47,7 +47,7 @@ pub(crate) fn dataset(
 
 /// The method of differentiation of a text in JSON.
 pub(crate) fn method(text: &str) -> PyResult<Description> {
-    serde_json::from_str(text).map_err(|e| error::settings("smoothing", &e))
+    error::read("smoothing", text)
 }
 
 /// Every state of every stretch, smoothed, in the order of the stretches.

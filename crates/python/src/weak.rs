@@ -43,8 +43,7 @@ pub(crate) fn weak(
     settings_json: &str,
     jobs: Option<usize>,
 ) -> PyResult<(Gram, String)> {
-    let settings: Settings =
-        serde_json::from_str(settings_json).map_err(|e| error::settings("weak", &e))?;
+    let settings: Settings = error::read("weak", settings_json)?;
     let data = dataset(&states, &inputs, &trajectories).map_err(|e| error::of(&e))?;
     let libraries = per_state(&libraries, states.len())?;
     let (own, names) = (libraries.clone(), states.clone());

@@ -49,14 +49,22 @@ impl Bucket {
             Error::Arguments(format!("{address}: expected {EXPECTED}, found {found}"))
         };
         let url = Url::parse(address).map_err(|e| bad(&e.to_string()))?;
-        if url.query().is_some() || url.fragment().is_some() {
-            return Err(bad("`?` or `#` in it"));
+        // What an address is read as is what it says, or it is refused.
+        if address.trim() != address
+            || address.contains(['?', '#', '%', '@'])
+            || url.port().is_some()
+        {
+            return Err(bad("a space at its ends, one of ?, #, % and @, or a port"));
+        }
+        if address.split('/').any(|part| part == "." || part == "..") {
+            return Err(bad("`.` or `..` as a part"));
         }
         let known = ["s3", "gs", "az"].contains(&url.scheme());
         let parsed = ObjectStoreScheme::parse(&url);
         let (true, Ok((scheme, prefix))) = (known, parsed) else {
             return Err(bad("none of these"));
         };
+        let environment = of_scheme(&scheme, environment)?;
         let store = client(&scheme, address, environment)
             .map_err(|e| Error::Arguments(format!("{address}: {}", in_words(&e))))?;
         Self::of(address, store, prefix)
@@ -82,31 +90,57 @@ impl Bucket {
     }
 }
 
-/// The client of a scheme.
-fn client(
+/// The variables that are of a scheme, by their names in small letters. An empty one is none, as the scheme's own tools take it.
+fn of_scheme(
     scheme: &ObjectStoreScheme,
-    address: &str,
     environment: impl IntoIterator<Item = (String, String)>,
-) -> object_store::Result<Box<dyn ObjectStore>> {
-    // A second one changes nothing, and is refused.
-    let _ = rustls::crypto::ring::default_provider().install_default();
-    let retry = RetryConfig {
-        retry_timeout: RETRIED_FOR,
-        ..RetryConfig::default()
-    };
+) -> Result<Vec<(String, String)>> {
     let prefix = match scheme {
         ObjectStoreScheme::GoogleCloudStorage => "google_",
         ObjectStoreScheme::MicrosoftAzure => "azure_",
         _ => "aws_",
     };
-    let environment: Vec<(String, String)> = environment
-        .into_iter()
-        .map(|(name, value)| (name.to_ascii_lowercase(), value))
-        .filter(|(name, _)| name.starts_with(prefix))
-        .collect();
+    let mut own = Vec::new();
+    for (name, value) in environment {
+        let key = name.to_ascii_lowercase();
+        if !key.starts_with(prefix) || value.is_empty() {
+            continue;
+        }
+        // A key is not repeated.
+        if value.contains(|c: char| c.is_control()) {
+            return Err(Error::Arguments(format!(
+                "{name}: expected a text on one line, found a line feed or another control character in it"
+            )));
+        }
+        let is_server = Url::parse(&value)
+            .is_ok_and(|url| ["http", "https"].contains(&url.scheme()) && url.host_str().is_some());
+        if key.contains("endpoint") && key.contains("url") && !is_server {
+            return Err(Error::Arguments(format!(
+                "{name}: expected a server such as https://host or http://host:9000, found {value}"
+            )));
+        }
+        own.push((key, value));
+    }
+    Ok(own)
+}
+
+/// The client of a scheme.
+fn client(
+    scheme: &ObjectStoreScheme,
+    address: &str,
+    environment: Vec<(String, String)>,
+) -> object_store::Result<Box<dyn ObjectStore>> {
+    // A second one changes nothing, and is refused.
+    let _ = rustls::crypto::ring::default_provider().install_default();
+    let retry = RetryConfig {
+        retry_timeout: RETRIED_FOR,
+        // The time alone ends it: pauses grow, so that twenty seconds have some ten tries.
+        max_retries: usize::MAX,
+        ..RetryConfig::default()
+    };
     // Whoever names a server without encryption wants it.
     let open = |(name, value): &(String, String)| {
-        name.contains("endpoint") && value.starts_with("http://")
+        name.contains("endpoint") && value.to_ascii_lowercase().starts_with("http://")
     };
     let options = ClientOptions::new()
         .with_connect_timeout(CONNECTED_WITHIN)
@@ -144,8 +178,9 @@ impl ObjectStorage for Bucket {
         let folder = self.key(folder);
         let listed = self.store.list_with_delimiter(Some(&folder));
         let listed = self.runtime.block_on(listed).map_err(|e| failed(&e))?;
-        let names = listed.objects.iter();
-        let names = names.filter_map(|of| of.location.filename().map(str::to_owned));
+        // Some consoles of S3 put an empty object in place of a folder.
+        let files = listed.objects.iter().filter(|of| of.location != folder);
+        let names = files.filter_map(|of| of.location.filename().map(str::to_owned));
         Ok(names.collect())
     }
 
@@ -275,6 +310,13 @@ mod tests {
             "memory:///name",
             "s3://bucket/name?version=1",
             "s3://bucket/a//b",
+            " s3://bucket/a",
+            "s3:/bucket/a",
+            "s3://bucket/../a",
+            "s3://bucket/./a",
+            "s3://bucket/a%20b",
+            "s3://localhost:9000/bucket",
+            "s3://user:key@bucket/a",
         ] {
             let error = Bucket::open(address, []).unwrap_err();
             assert_eq!(error.exit_status(), 2, "{address}");
@@ -290,6 +332,44 @@ mod tests {
         for address in ["s3://bucket", "gs://bucket/name"] {
             Bucket::open(address, []).unwrap();
         }
+    }
+
+    #[test]
+    fn prop_variables_that_cannot_be_are_named() {
+        let of = |name: &str, value: &str| {
+            let environment = [(name.to_owned(), value.to_owned())];
+            Bucket::open("s3://bucket/a", environment).map(drop)
+        };
+        for (name, value) in [
+            ("AWS_ENDPOINT_URL", "127.0.0.1:9000"),
+            ("AWS_ENDPOINT_URL", "nonsense"),
+            ("AWS_ENDPOINT_URL_S3", "ftp://host"),
+            ("AWS_ACCESS_KEY_ID", "a\n"),
+        ] {
+            let error = of(name, value).unwrap_err();
+            assert_eq!(error.exit_status(), 2);
+            assert!(
+                error.to_string().starts_with(&format!("{name}: expected ")),
+                "{error}"
+            );
+        }
+        for (name, value) in [
+            ("AWS_ENDPOINT_URL", ""),
+            ("AWS_ENDPOINT_URL", "HTTP://127.0.0.1:9000"),
+            ("GOOGLE_APPLICATION_CREDENTIALS", "nowhere\n"),
+            ("ENDPOINT_URL", "nonsense"),
+        ] {
+            of(name, value).unwrap();
+        }
+    }
+
+    #[test]
+    fn prop_an_empty_object_in_place_of_a_folder_is_no_file() {
+        let bucket = in_memory("p");
+        bucket.write("landings", Vec::new()).unwrap();
+        bucket.write("landings/a", vec![1]).unwrap();
+        let listed = bucket.names("landings").unwrap();
+        assert_eq!(listed, ["a"]);
     }
 
     #[test]

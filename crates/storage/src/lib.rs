@@ -15,8 +15,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 pub use bucket::Bucket;
-use touchdown_campaign::files::is_address;
 use touchdown_campaign::{Place, Result};
+use touchdown_files::is_address;
 
 /// The place of a path, which is a folder, or of an address with a scheme, such as `s3://bucket/campaign`.
 ///

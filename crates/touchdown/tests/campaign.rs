@@ -295,6 +295,8 @@ fn prop_a_killed_campaign_is_completed_to_the_same_bytes() {
         .unwrap();
     assert_eq!(broken.status.code(), Some(1));
     assert!(common::text(&broken.stderr).contains("block-000002.parquet"));
+    // The results of the whole campaign are still there.
+    assert!(killed.join("results.json").exists());
 }
 
 /// Ctrl-C leaves whole blocks and no temporary file, and prints the command that flies the others.

@@ -50,7 +50,7 @@ pub use part::{BlockRange, CampaignPart, Shard};
 pub use points::Sweep;
 pub use row::number;
 pub use row::{LandingRow, text};
-pub use run::{LandingBackend, Simulation, fly, replay, rows};
+pub use run::{LandingBackend, MissingBlocks, Simulation, fly, missing, replay, rows};
 pub use settings::SweepSettings;
 pub use software_in_the_loop::{AutopilotProgram, CompanionSource, LoopSettings};
 pub use stated::StatedKeys;

@@ -38,18 +38,19 @@ impl LandingBackend for Simulation {
     }
 }
 
-/// Flies the blocks of a part that are not there yet, one after the other, each on all cores, and gives how many
-/// of the campaign's blocks are there then: others may be writing into the same folder.
+/// What of a part is to be flown.
+#[derive(Clone, Debug)]
+pub struct MissingBlocks {
+    /// Blocks of the part that are there.
+    there: usize,
+    missing: Vec<u64>,
+}
+
+/// The blocks of a part that are not there yet. Those that are there are read.
 ///
 /// # Errors
-/// A block of the part that cannot be read or written, and those of the backend.
-pub fn fly<B: LandingBackend>(
-    backend: &B,
-    sweep: &Sweep,
-    store: &Store,
-    part: CampaignPart,
-    progress: &dyn Progress,
-) -> std::result::Result<u64, B::Error> {
+/// A block of the part that is broken.
+pub fn missing(sweep: &Sweep, store: &Store, part: CampaignPart) -> Result<MissingBlocks> {
     let present = store.present()?;
     let (there, missing): (Vec<u64>, Vec<u64>) = part
         .blocks(sweep.blocks())
@@ -57,14 +58,30 @@ pub fn fly<B: LandingBackend>(
     for &block in &there {
         store.read(sweep, block)?;
     }
+    let there = there.len();
+    Ok(MissingBlocks { there, missing })
+}
+
+/// Flies blocks one after the other, each on all cores, and gives how many of the campaign's blocks are there then:
+/// others may be writing into the same folder.
+///
+/// # Errors
+/// A block that cannot be written, and those of the backend.
+pub fn fly<B: LandingBackend>(
+    backend: &B,
+    sweep: &Sweep,
+    store: &Store,
+    MissingBlocks { there, missing }: &MissingBlocks,
+    progress: &dyn Progress,
+) -> std::result::Result<u64, B::Error> {
     let landings = missing
         .iter()
         .map(|block| sweep.range(*block))
         .map(|r| r.end - r.start)
         .sum();
     progress.stage("landings", landings);
-    let own = there.len() + missing.len();
-    for (there, &block) in (there.len()..).zip(&missing) {
+    let own = there + missing.len();
+    for (there, &block) in (*there..).zip(missing) {
         let rows = rows_by(backend, sweep, sweep.range(block), progress)?;
         store.write(sweep, block, &rows)?;
         // A line for every hundredth at most, however many blocks.

@@ -45,7 +45,7 @@ pub struct CampaignStatus {
 /// Reads what of a campaign is there; every block is read whole.
 ///
 /// # Errors
-/// A place without a campaign, or with a file among its blocks that is none of them.
+/// A place without a campaign, with a block that cannot be read, or with a file among its blocks that is none of them.
 pub fn status(place: &Place) -> Result<CampaignStatus> {
     let sweep = Sweep::of(place)?;
     let store = Store::of(place);
@@ -67,14 +67,19 @@ pub fn status(place: &Place) -> Result<CampaignStatus> {
             )
         })
         .collect();
-    let rows = read.iter().filter_map(|(_, rows)| rows.as_ref().ok()).sum();
-    let broken: Vec<BrokenBlock> = read
-        .into_iter()
-        .filter_map(|(block, rows)| {
-            let error = rows.err()?.to_string();
-            Some(BrokenBlock { block, error })
-        })
-        .collect();
+    let mut rows = 0;
+    let mut broken = Vec::new();
+    for (block, read) in read {
+        match read {
+            Ok(of_block) => rows += of_block,
+            // Nobody knows what a file holds that cannot be read.
+            Err(error @ Error::File { .. }) => return Err(error),
+            Err(error) => broken.push(BrokenBlock {
+                block,
+                error: error.to_string(),
+            }),
+        }
+    }
     let missing = ranges((0..blocks).filter(|block| present.binary_search(block).is_err()));
     Ok(CampaignStatus {
         schema: 1,

@@ -109,7 +109,8 @@ pub(crate) fn campaign_fly(
             let part = CampaignPart::Blocks(BlockRange::new(first..end).map_err(Error::Arguments)?);
             let store = Store::open(&place, &sweep, part, true)?;
             let progress = Counting::new(cancel, flown);
-            sweep::fly(&Simulation, &sweep, &store, part, &progress).map(drop)
+            let missing = sweep::missing(&sweep, &store, part)?;
+            sweep::fly(&Simulation, &sweep, &store, &missing, &progress).map(drop)
         })())
     })?;
     done.map_err(|e| match &e {

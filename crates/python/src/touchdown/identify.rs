@@ -56,8 +56,7 @@ fn task(
             "none",
         ));
     }
-    let mut settings: IdentificationSettings =
-        serde_json::from_str(settings_json).map_err(|e| error::settings("settings", &e))?;
+    let mut settings: IdentificationSettings = error::read("settings", settings_json)?;
     for trial in trials {
         let of_map = trial.of.vehicle;
         settings = settings.of_vehicle(VehicleSettings {

@@ -47,8 +47,7 @@ impl Given {
         match (file, json) {
             (Some(file), _) => Ok(Self::File(file)),
             (None, Some(json)) => {
-                let table: toml::Table =
-                    serde_json::from_str(json).map_err(|e| error::settings("scenario", &e))?;
+                let table: toml::Table = error::read("scenario", json)?;
                 let text = settings_file::to_toml(&table).map_err(|e| of_campaign(&e))?;
                 Ok(Self::Keys(text))
             }

@@ -117,7 +117,10 @@ fn of_campaign(error: &touchdown_campaign::Error) -> PyErr {
             let key = ["setting `", "`"].map(|mark| part(mark, &["`"]));
             let key = key.into_iter().find(|key| !key.is_empty());
             let key = key.unwrap_or("scenario");
-            let expected = part("expected ", &[", found", "; found"]);
+            let expected = match part("expected ", &[", found", "; found"]) {
+                "" => "what the sentence says",
+                expected => expected,
+            };
             let found = match part("found ", &[]) {
                 "" => message.as_str(),
                 found => found,

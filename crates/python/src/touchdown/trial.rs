@@ -113,8 +113,7 @@ impl Trial {
         origin: &str,
     ) -> PyResult<Self> {
         let of_numbers = Self::from_columns(name, time_s, channels)?;
-        let (provenance, of): (Provenance, Origin) =
-            serde_json::from_str(origin).map_err(|e| error::settings("trial", &e))?;
+        let (provenance, of): (Provenance, Origin) = error::read("trial", origin)?;
         let trial = of_numbers.trial.with_provenance(provenance);
         Ok(Self { trial, of })
     }

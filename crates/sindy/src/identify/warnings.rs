@@ -35,14 +35,16 @@ pub(super) fn of_data(
     let mut out = Vec::new();
     if report.stretches == report.trajectories && report.missing_rows > 0 {
         out.push(format!(
-            "{} rows with missing values, before the first or after the last value of some column, are left out",
-            report.missing_rows
+            "left out: {} with missing values, before the first or after the last value of some column",
+            count(report.missing_rows, "row")
         ));
     } else if report.missing_rows + report.holes + report.short_rows > 0 {
         out.push(format!(
-            "gaps split the trajectories into {} stretches: {} rows with missing values, {} jumps of time, {} rows in \
-             stretches too short to use",
-            report.stretches, report.missing_rows, report.holes, report.short_rows
+            "gaps split the trajectories into {} stretches: {} with missing values, {} of time, {} in stretches too short to use",
+            report.stretches,
+            count(report.missing_rows, "row"),
+            count(report.holes, "jump"),
+            count(report.short_rows, "row")
         ));
     }
     for (i, parts) in statistics.grams.iter().enumerate() {
@@ -53,9 +55,9 @@ pub(super) fn of_data(
         let total = Gram::total(parts);
         if total.skipped > 0 {
             out.push(format!(
-                "{} of {} rows left out of the regression: a term of the library is not finite there",
+                "{} of {} left out of the regression: a term of the library is not finite there",
                 total.skipped,
-                total.skipped + total.rows
+                count(total.skipped + total.rows, "row")
             ));
         }
         let found = examine(library, &total, samples)?;
@@ -66,10 +68,11 @@ pub(super) fn of_data(
             ));
         }
         for (condition, terms) in found.collinear.iter().filter(|c| c.0 > CONDITION) {
-            out.push(format!(
-                "nearly collinear terms (condition {condition:.1e}): {}",
-                listed(terms)
-            ));
+            let what = match condition.is_finite() {
+                true => format!("nearly collinear terms (condition {condition:.1e})"),
+                false => "collinear terms".to_owned(),
+            };
+            out.push(format!("{what}: {}", listed(terms)));
         }
         for column in found.inputs.iter().filter(|c| c.hardly_excited) {
             out.push(format!(

@@ -55,8 +55,7 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
         }
         Some(CampaignCommand::Status { folder }) => {
             let place = place(folder)?;
-            print_status(context, &place, &sweep::status(&place)?)?;
-            Ok(Done::Whole)
+            print_status(context, &place, &sweep::status(&place)?)
         }
         Some(CampaignCommand::Block(args)) => block_size::run(context, args),
         Some(CampaignCommand::Slurm(args)) => slurm::run(context, args),
@@ -110,13 +109,17 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
             "--out {place}: expected a folder, because an autopilot in the loop writes records and logs, found an address"
         )));
     }
+    // Before the place is begun; a part writes no records.
+    if part == CampaignPart::Whole {
+        args.mcap.as_deref().map_or(Ok(()), output::folder)?;
+    }
     let backend = AutopilotBackend::of(context, &sweep, &args.out)?;
     let store = Arc::new(Store::open(&place, &sweep, part, args.resume)?);
+    // Before anything is removed: a broken block ends the command.
+    let missing = sweep::missing(&sweep, &store, part)?;
     if part == CampaignPart::Whole {
         place.begin_results()?;
         output::announce_results(context, &args.out);
-        // Before the landings are flown that it is for; a part writes no records.
-        args.mcap.as_deref().map_or(Ok(()), output::folder)?;
     }
     let (resume, out) = (resume(args, path), args.out.display().to_string());
     let (blocks, written) = (sweep.blocks(), Arc::clone(&store));
@@ -127,8 +130,8 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         format!("{there} of {blocks} blocks of landings are in {out}; `{resume}` runs the others")
     });
     let there = side_by_side(args.threads, || match &backend {
-        Some(backend) => sweep::fly(backend, &sweep, &store, part, context),
-        None => Ok(sweep::fly(&Simulation, &sweep, &store, part, context)?),
+        Some(backend) => sweep::fly(backend, &sweep, &store, &missing, context),
+        None => Ok(sweep::fly(&Simulation, &sweep, &store, &missing, context)?),
     })?;
     if part == CampaignPart::Whole {
         return report(context, &sweep, &store, args.mcap.as_deref());
@@ -202,8 +205,8 @@ pub(crate) fn smaller_blocks(sweep: &Sweep, parts: u64) -> String {
     }
 }
 
-/// What is there, what is missing as `--blocks` takes it, and what to do next.
-fn print_status(context: &Context, place: &Place, status: &CampaignStatus) -> Result<()> {
+/// What is there, what is missing as `--blocks` takes it, and what to do next. A broken block is lost input.
+fn print_status(context: &Context, place: &Place, status: &CampaignStatus) -> Result<Done> {
     let out = word(&place.to_string());
     let mut lines = vec![format!(
         "{place}: {} of {} blocks are there, with {} of {} landings",
@@ -218,8 +221,12 @@ fn print_status(context: &Context, place: &Place, status: &CampaignStatus) -> Re
             ""
         };
         lines.push(format!("missing blocks: {}{more}", ranges.join(", ")));
+        let sweep = match place {
+            Place::Folder(_) => format!("{out}/sweep.toml"),
+            Place::Storage(_) => "SWEEP".to_owned(),
+        };
         lines.push(format!(
-            "`touchdown campaign {out}/sweep.toml --out {out} --resume` flies them"
+            "`touchdown campaign {sweep} --out {out} --resume` flies them"
         ));
     } else if status.complete && !place.has(output::RESULTS)? {
         lines.push(format!(
@@ -234,7 +241,7 @@ fn print_status(context: &Context, place: &Place, status: &CampaignStatus) -> Re
         ));
     }
     context.object(status);
-    Ok(())
+    Ok(Done::with_loss(!status.broken.is_empty()))
 }
 
 /// Runs a computation on as many threads as were asked for.

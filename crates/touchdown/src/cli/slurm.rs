@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use touchdown::{Error, Result};
-use touchdown_campaign::files::is_address;
 use touchdown_campaign::sweep::Sweep;
+use touchdown_files::is_address;
 use touchdown_terminal::Done;
 
 use super::args::land::SlurmArgs;

@@ -71,7 +71,7 @@ impl Runs {
             return Err(uneven(
                 period,
                 step,
-                &format!("sample {row} of group {group}"),
+                &format!("sample {row} of trajectory {}", group + 1),
             ));
         }
         self.gaps += found.gaps;

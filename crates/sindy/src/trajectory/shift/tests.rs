@@ -83,7 +83,7 @@ fn prop_times_without_one_period_are_refused() {
     };
     refused(
         vec![0.0, 0.1, 0.2, 0.32, 0.42],
-        "before sample 3 of group 0",
+        "before sample 3 of trajectory 1",
     );
     refused(vec![0.0, 0.1, 0.1], "does not increase at sample 2");
     refused(vec![0.0, f64::INFINITY], "not a finite");
@@ -100,7 +100,7 @@ fn prop_times_without_one_period_are_refused() {
     let group = |period: f64| vec![ramp(5, period), ramp(5, 1.0)];
     let mixed = samples(&["t", "x"], &[group(0.1), group(0.1), group(0.2)]);
     let error = next(&mixed, &["x"], Some("t"), None).unwrap_err();
-    assert!(error.to_string().contains("group 2"), "{error}");
+    assert!(error.to_string().contains("trajectory 3"), "{error}");
     // A delay in time that is no whole number of periods, or has none to be compared with.
     let error = past(&with(ramp(5, 0.1)), &delays("x@0.25s"), Some("t")).unwrap_err();
     assert!(error.to_string().contains("2.500 of them"), "{error}");

@@ -142,7 +142,7 @@ impl CampaignArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum CampaignCommand {
-    /// Say what of a campaign is in its folder: blocks, landings, and what is missing or broken
+    /// Say what of a campaign is there: blocks, landings, and what is missing or broken (then the exit status is 3)
     Status {
         /// Folder or address of the campaign, or of a part of it
         folder: PathBuf,
