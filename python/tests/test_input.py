@@ -17,8 +17,8 @@ SLOPES = np.column_stack([-np.sin(T), -np.cos(T)])
 FRAME = pd.DataFrame(X, columns=["a", "b"])
 
 
-def model(**options: Any) -> sindy.SINDy:
-    return sindy.SINDy("poly(1)", sindy.STLSQ(), **options)
+def model(solver: Any = sindy.STLSQ(), **options: Any) -> sindy.SINDy:
+    return sindy.SINDy("poly(1)", solver, **options)
 
 
 def test_analytic_dates_and_durations_are_seconds() -> None:
@@ -74,10 +74,11 @@ def test_prop_numbers_of_numpy_are_settings() -> None:
     [
         ("method", {"method": "regression"}, {}),
         ("settings", {"settings": {"foo": 1}}, {}),
-        ("noise", {"noise": "foo"}, {}),
-        ("rows", {"settings": {"rows": 1.5}}, {}),
-        ("rows", {"settings": {"rows": -1}}, {}),
-        ("rows", {"settings": {"rows": "many"}}, {}),
+        ("noise", {"solver": None, "noise": "foo"}, {}),
+        ("rows", {"solver": None, "settings": {"rows": 1.5}}, {}),
+        ("rows", {"solver": None, "settings": {"rows": -1}}, {}),
+        ("rows", {"solver": None, "settings": {"rows": "many"}}, {}),
+        ("foo", {"solver": None, "settings": {"foo": 1}}, {}),
         ("discrete", {"discrete": "yes"}, {}),
         ("smoothing", {"smoothing": None}, {}),
         ("n_jobs", {"n_jobs": 10**9}, {}),
