@@ -134,7 +134,7 @@ fn client(
     let _ = rustls::crypto::ring::default_provider().install_default();
     let retry = RetryConfig {
         retry_timeout: RETRIED_FOR,
-        // The time alone ends it: pauses grow, so that twenty seconds have some ten tries.
+        // The time alone ends it.
         max_retries: usize::MAX,
         ..RetryConfig::default()
     };
