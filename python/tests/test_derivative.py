@@ -112,7 +112,7 @@ def test_prop_searches_set_the_parameters_of_a_method() -> None:
         (sindy.SavitzkyGolay(10, 3), "window"),
         (sindy.SmoothingSpline(-1.0), "lambda"),
         (sindy.KalmanSmoother(ratio=0.0), "ratio"),
-        (sindy.KalmanSmoother("walk"), "smoothing"),
+        (sindy.KalmanSmoother("walk"), "kalman.motion"),
         (sindy.Spectral(cutoff=-1.0), "cutoff"),
         ("weak", "smoothing"),
         ("median", "smoothing"),

@@ -78,7 +78,7 @@ def test_prop_numbers_of_numpy_are_settings() -> None:
         ("rows", {"solver": None, "settings": {"rows": 1.5}}, {}),
         ("rows", {"solver": None, "settings": {"rows": -1}}, {}),
         ("rows", {"solver": None, "settings": {"rows": "many"}}, {}),
-        ("foo", {"solver": None, "settings": {"foo": 1}}, {}),
+        ("settings", {"solver": None, "settings": {"foo": 1}}, {}),
         ("discrete", {"discrete": "yes"}, {}),
         ("smoothing", {"smoothing": None}, {}),
         ("n_jobs", {"n_jobs": 10**9}, {}),

@@ -169,7 +169,7 @@ def test_prop_threads_change_no_bit() -> None:
         ("library", lambda m, t, x: m.set_params(library={"x0": "poly(1)"}).fit(x, t)),
         ("library", lambda m, t, x: m.set_params(library="q").fit(x, t)),
         ("threshold", lambda m, t, x: m.set_params(solver=sindy.STLSQ(-1.0)).fit(x, t)),
-        ("solver", lambda m, t, x: m.set_params(solver=sindy.Stepwise("up")).fit(x, t)),
+        ("stepwise.direction", lambda m, t, x: m.set_params(solver=sindy.Stepwise("up")).fit(x, t)),
         ("smoothing", lambda m, t, x: m.set_params(solver=sindy.STLSQ(), smoothing="soft").fit(x, t)),
         ("settings", lambda m, t, x: m.set_params(settings={"fold": 3}).fit(x, t)),
         ("folds", lambda m, t, x: m.set_params(settings={"folds": 1}).fit(x, t)),

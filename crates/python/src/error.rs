@@ -10,6 +10,9 @@ use serde::de::DeserializeOwned;
 import_exception!(sindy._errors, SindyError);
 import_exception!(sindy._errors, InternalError);
 
+/// How Serde's error of an unknown key begins.
+const UNKNOWN: &str = "unknown field ";
+
 /// A fault with its three parts.
 pub(crate) fn fault(message: String, key: &str, expected: &str, found: &str) -> PyErr {
     let [key, expected, found] = [key, expected, found].map(str::to_owned);
@@ -75,13 +78,17 @@ pub(crate) fn of(error: &sindy::SindyError) -> PyErr {
 }
 
 /// Reads a text in JSON from the Python side. `key` names the whole of it in errors; within it, an error has the path of
-/// what does not read.
+/// what does not read, and an unknown key the path of what has it.
 pub(crate) fn read<T: DeserializeOwned>(key: &str, text: &str) -> PyResult<T> {
     let mut json = serde_json::Deserializer::from_str(text);
     serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let path = error.path().to_string();
-        let key = if path == "." { key } else { &path };
-        settings(key, error.inner())
+        let at = if error.inner().to_string().starts_with(UNKNOWN) {
+            path.rsplit_once('.').map_or("", |(parent, _)| parent)
+        } else {
+            path.trim_matches('.')
+        };
+        settings(if at.is_empty() { key } else { at }, error.inner())
     })
 }
 
@@ -93,7 +100,12 @@ pub(crate) fn settings(key: &str, error: &serde_json::Error) -> PyErr {
     let (found, expected) = said
         .split_once(", expected ")
         .map_or((said, "known keys and values"), |(f, e)| (f, in_python(e)));
-    let kinds = ["unknown variant ", "invalid type: ", "invalid value: "];
+    let kinds = [
+        UNKNOWN,
+        "unknown variant ",
+        "invalid type: ",
+        "invalid value: ",
+    ];
     let found = kinds
         .iter()
         .find_map(|kind| found.strip_prefix(kind))
