@@ -10,6 +10,7 @@
 
 pub mod criteria;
 pub mod gram;
+pub(crate) mod lanes;
 pub(crate) mod normal;
 pub mod regression;
 pub mod residual;

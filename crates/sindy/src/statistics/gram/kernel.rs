@@ -8,11 +8,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Partial sums of each product.
-pub(super) const LANES: usize = 8;
-
-/// The partial sums of one product.
-pub(super) type Lanes = [f64; LANES];
+pub(super) use crate::statistics::lanes::{LANES, Lanes, total};
 
 /// Adds the products of all pairs of `m` columns of `rows` rows, one after the other in `columns`: that of the
 /// columns `i <= j` to `out[place(i, j)]` with [`place`].
@@ -33,11 +29,6 @@ pub(super) fn some_products(
         runs,
         out,
     });
-}
-
-/// A product: its partial sums added in a fixed order.
-pub(super) fn total(s: &Lanes) -> f64 {
-    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))
 }
 
 /// One column, and the columns whose products with it are wanted.

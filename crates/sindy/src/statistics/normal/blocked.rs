@@ -2,7 +2,10 @@
 //!
 //! Source: G. H. Golub, C. F. Van Loan, "Matrix Computations" (2013), section 4.2.9.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::{Factor, PIVOT};
 
@@ -50,24 +53,40 @@ fn solve_by_blocks(mut a: DMatrix<f64>, b: &DVector<f64>) -> Option<DVector<f64>
 }
 
 /// The columns of one block of the factor, from what the blocks before it left.
-fn columns(a: &mut DMatrix<f64>, block: std::ops::Range<usize>, least: &[f64]) -> Option<()> {
-    let p = a.nrows();
-    for j in block.clone() {
-        for i in block.start..j {
-            let (before, mut own) = a.columns_range_pair_mut(i..=i, j..=j);
-            let factor = before[(j, 0)];
-            own.column_mut(0).rows_mut(j, p - j).axpy(
-                -factor,
-                &before.column(0).rows(j, p - j),
-                1.0,
-            );
+fn columns(a: &mut DMatrix<f64>, block: Range<usize>, least: &[f64]) -> Option<()> {
+    Arch::new().dispatch(Columns { a, block, least })
+}
+
+struct Columns<'a> {
+    a: &'a mut DMatrix<f64>,
+    block: Range<usize>,
+    least: &'a [f64],
+}
+
+impl WithSimd for Columns<'_> {
+    type Output = Option<()>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Option<()> {
+        let p = self.a.nrows();
+        let first = self.block.start;
+        for j in self.block {
+            let (before, own) = self.a.as_mut_slice()[first * p..].split_at_mut((j - first) * p);
+            let own = &mut own[j..p];
+            for column in before.chunks_exact(p) {
+                let column = &column[j..];
+                let factor = column[0];
+                for (own, other) in own.iter_mut().zip(column) {
+                    *own -= factor * other;
+                }
+            }
+            let pivot = own[0];
+            if !(pivot > self.least[j]) {
+                return None;
+            }
+            let root = pivot.sqrt();
+            own.iter_mut().for_each(|v| *v /= root);
         }
-        let pivot = a[(j, j)];
-        if !(pivot > least[j]) {
-            return None;
-        }
-        let mut column = a.view_mut((j, j), (p - j, 1));
-        column /= pivot.sqrt();
+        Some(())
     }
-    Some(())
 }

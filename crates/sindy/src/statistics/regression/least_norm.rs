@@ -7,8 +7,10 @@
 //! Source: G. H. Golub, C. F. Van Loan, "Matrix Computations" (2013), sections 8.3.1 and 8.3.3.
 
 use nalgebra::{DMatrix, DVector};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::{is_counted, pseudo_inverse};
+use crate::statistics::lanes::{LANES, dot, total};
 
 /// Sweeps for one eigenvalue, at most; two are usual.
 const SWEEPS: usize = 60;
@@ -74,32 +76,8 @@ struct Tridiagonal {
 
 impl Tridiagonal {
     /// Reduces a symmetric matrix, of which the lower triangle is read; with the axes of the reflections, each of length √2.
-    fn of(mut a: DMatrix<f64>) -> (Self, Vec<DVector<f64>>) {
-        let n = a.nrows();
-        let mut axes = Vec::with_capacity(n);
-        let mut beside = vec![0.0; n];
-        for k in 0..n - 1 {
-            let m = n - k - 1;
-            let mut v = a.view((k + 1, k), (m, 1)).column(0).into_owned();
-            let length = v.norm();
-            beside[k] = if v[0] > 0.0 { -length } else { length };
-            v[0] -= beside[k];
-            let axis = v.norm_squared();
-            if axis > 0.0 {
-                v *= (2.0 / axis).sqrt();
-            }
-            let mut w = times(&a, k + 1, &v);
-            w.axpy(-0.5 * w.dot(&v), &v, 1.0);
-            for j in 0..m {
-                let mut column = a.view_mut((k + 1 + j, k + 1 + j), (m - j, 1));
-                let mut column = column.column_mut(0);
-                column.axpy(-w[j], &v.rows(j, m - j), 1.0);
-                column.axpy(-v[j], &w.rows(j, m - j), 1.0);
-            }
-            axes.push(v);
-        }
-        let diagonal = a.diagonal().iter().copied().collect();
-        (Self { diagonal, beside }, axes)
+    fn of(a: DMatrix<f64>) -> (Self, Vec<DVector<f64>>) {
+        Arch::new().dispatch(Reduction(a))
     }
 
     /// Leaves the eigenvalues on the diagonal; the rotations in their order, or `None` where they do not settle.
@@ -162,17 +140,142 @@ impl Tridiagonal {
     }
 }
 
-/// The product of the part from `first` on of a symmetric matrix, of which the lower triangle is read.
-fn times(a: &DMatrix<f64>, first: usize, v: &DVector<f64>) -> DVector<f64> {
-    let m = v.len();
-    let mut out = DVector::zeros(m);
-    for j in 0..m {
-        let below = a.view((first + j + 1, first + j), (m - j - 1, 1));
-        let below = below.column(0);
-        out[j] += a[(first + j, first + j)] * v[j] + below.dot(&v.rows(j + 1, m - j - 1));
-        out.rows_mut(j + 1, m - j - 1).axpy(v[j], &below, 1.0);
+/// The reduction by reflections, in whatever vector instructions the processor has. Each step reads and writes what is left of
+/// the matrix once: the change by the reflection before goes with the product that the next one needs.
+struct Reduction(DMatrix<f64>);
+
+impl WithSimd for Reduction {
+    type Output = (Tridiagonal, Vec<DVector<f64>>);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let mut a = self.0;
+        let n = a.nrows();
+        let mut axes = Vec::with_capacity(n);
+        let mut beside = vec![0.0; n];
+        // What is left of the matrix is that of `a` less v wᵀ + w vᵀ.
+        let (mut v, mut w) = (vec![0.0; n], vec![0.0; n]);
+        for k in 0..n {
+            for i in k..n {
+                a[(i, k)] -= w[k] * v[i] + v[k] * w[i];
+            }
+            let after = k + 1;
+            if after == n {
+                break;
+            }
+            let mut axis = a.view((after, k), (n - after, 1)).column(0).into_owned();
+            let length = axis.norm();
+            beside[k] = if axis[0] > 0.0 { -length } else { length };
+            axis[0] -= beside[k];
+            let square = axis.norm_squared();
+            if square > 0.0 {
+                axis *= (2.0 / square).sqrt();
+            }
+            let mut product = vec![0.0; n];
+            let mut left = Left {
+                rows: n,
+                v: &v,
+                w: &w,
+                axis: axis.as_slice(),
+                after,
+                product: &mut product,
+            };
+            let mut columns = a.as_mut_slice()[after * n..].chunks_exact_mut(2 * n);
+            let mut j = after;
+            for pair in &mut columns {
+                let (one, two) = pair.split_at_mut(n);
+                left.pair(simd, j, one, two);
+                j += 2;
+            }
+            let last = columns.into_remainder();
+            if !last.is_empty() {
+                left.entry(j, j, last);
+            }
+            v.fill(0.0);
+            v[after..].copy_from_slice(axis.as_slice());
+            let half = 0.5 * dot(&product[after..], axis.as_slice());
+            w = product;
+            w.iter_mut().zip(&v).for_each(|(w, v)| *w -= half * v);
+            axes.push(axis);
+        }
+        let diagonal = a.diagonal().iter().copied().collect();
+        (Tridiagonal { diagonal, beside }, axes)
     }
-    out
+}
+
+/// What is left of the matrix in one step of the reduction, with the product that the step asks for.
+struct Left<'a> {
+    rows: usize,
+    v: &'a [f64],
+    w: &'a [f64],
+    /// Of the rows from `after` on.
+    axis: &'a [f64],
+    after: usize,
+    product: &'a mut [f64],
+}
+
+impl Left<'_> {
+    /// Brings the entry of row i in column j up to date, and adds what it and its mirror image give to the product.
+    #[inline(always)]
+    fn entry(&mut self, i: usize, j: usize, column: &mut [f64]) {
+        column[i] -= self.w[j] * self.v[i] + self.v[j] * self.w[i];
+        self.product[i] += column[i] * self.axis[j - self.after];
+        if i != j {
+            self.product[j] += column[i] * self.axis[i - self.after];
+        }
+    }
+
+    /// The columns j and j + 1 from their diagonal on.
+    #[inline(always)]
+    fn pair<S: Simd>(&mut self, simd: S, j: usize, one: &mut [f64], two: &mut [f64]) {
+        self.entry(j, j, one);
+        self.entry(j + 1, j, one);
+        self.entry(j + 1, j + 1, two);
+        let first = j + 2;
+        let whole = first + (self.rows - first) / LANES * LANES;
+        let axis = &self.axis[j - self.after..];
+        let [v0, v1] = [self.v[j], self.v[j + 1]].map(|v| simd.splat_f64s(v));
+        let [w0, w1] = [self.w[j], self.w[j + 1]].map(|w| simd.splat_f64s(w));
+        let [axis0, axis1] = [axis[0], axis[1]].map(|v| simd.splat_f64s(v));
+        let a_rows = S::as_mut_simd_f64s(&mut one[first..whole]).0;
+        let b_rows = S::as_mut_simd_f64s(&mut two[first..whole]).0;
+        let v_rows = S::as_simd_f64s(&self.v[first..whole]).0;
+        let w_rows = S::as_simd_f64s(&self.w[first..whole]).0;
+        let axis_rows = S::as_simd_f64s(&axis[2..][..whole - first]).0;
+        let products = S::as_mut_simd_f64s(&mut self.product[first..whole]).0;
+        // Registers of a sum; with the narrowest, one for each lane.
+        let parts = LANES / S::F64_LANES;
+        let mut sums = [[simd.splat_f64s(0.0); LANES]; 2];
+        let rows = a_rows
+            .chunks_exact_mut(parts)
+            .zip(b_rows.chunks_exact_mut(parts))
+            .zip(v_rows.chunks_exact(parts).zip(w_rows.chunks_exact(parts)))
+            .zip(axis_rows.chunks_exact(parts))
+            .zip(products.chunks_exact_mut(parts));
+        for ((((a, b), (v, w)), axis), product) in rows {
+            for q in 0..parts {
+                let (v, w, axis) = (v[q], w[q], axis[q]);
+                let change = |w0, v0| simd.add_f64s(simd.mul_f64s(w0, v), simd.mul_f64s(v0, w));
+                let x = simd.sub_f64s(a[q], change(w0, v0));
+                let y = simd.sub_f64s(b[q], change(w1, v1));
+                sums[0][q] = simd.add_f64s(sums[0][q], simd.mul_f64s(x, axis));
+                sums[1][q] = simd.add_f64s(sums[1][q], simd.mul_f64s(y, axis));
+                let more = simd.add_f64s(simd.mul_f64s(x, axis0), simd.mul_f64s(y, axis1));
+                product[q] = simd.add_f64s(product[q], more);
+                (a[q], b[q]) = (x, y);
+            }
+        }
+        for (sum, column) in sums.iter().zip(j..) {
+            let mut lanes = [0.0; LANES];
+            let registers = S::as_mut_simd_f64s(&mut lanes).0;
+            registers.copy_from_slice(&sum[..parts]);
+            self.product[column] += total(&lanes);
+        }
+        for i in whole..self.rows {
+            self.entry(i, j, one);
+            self.entry(i, j + 1, two);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -203,6 +306,25 @@ mod tests {
             // Rounding times conditions up to 1e7, as the pseudo-inverse has it too.
             let scale = expected.amax().max(1e-300);
             prop_assert!((found - expected).amax() < 1e-7 * scale, "{n}, {rank}");
+        }
+    }
+
+    /// With the axes one after the other.
+    fn flat((reduced, axes): (Tridiagonal, Vec<DVector<f64>>)) -> Vec<u64> {
+        let axes = axes.iter().flat_map(|axis| axis.iter());
+        let numbers = reduced.diagonal.iter().chain(&reduced.beside).chain(axes);
+        numbers.map(|v| v.to_bits()).collect()
+    }
+
+    #[test]
+    fn prop_the_width_of_registers_changes_no_bit() {
+        for n in [1, 2, 3, 10, 11, 37, 64] {
+            let a = matrix(n, n, 1.0, 5);
+            let best = flat(Arch::new().dispatch(Reduction(a.clone())));
+            let narrow = pulp::Scalar.vectorize(Reduction(a.clone()));
+            assert_eq!(best, flat(narrow), "{n}");
+            let narrow = pulp::Scalar128b.vectorize(Reduction(a));
+            assert_eq!(best, flat(narrow), "{n}");
         }
     }
 

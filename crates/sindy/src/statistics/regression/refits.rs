@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{UnitLength, pseudo_inverse};
+use super::{UnitLength, least_norm, pseudo_inverse};
 use crate::statistics::gram::Gram;
 use crate::statistics::normal::solve_definite;
 
@@ -57,14 +57,20 @@ impl<'g> Refits<'g> {
         own
     }
 
-    /// By Cholesky's factor; where that is close to singular by the eigenvalues, and where there is a triangular factor by that.
+    /// By Cholesky's factor; where that is close to singular of least norm, and where there is a triangular factor by that.
     fn solve(&self, support: &[bool]) -> DVector<f64> {
         if let Some(triangle) = &self.gram.triangle {
             return triangle.least_squares(support);
         }
         let normal = UnitLength::new(self.gram, support);
-        let solution = solve_definite(&normal.g, &normal.b)
-            .unwrap_or_else(|| &self.inverses.of(normal.g.clone()).1 * &normal.b);
+        let solution = solve_definite(&normal.g, &normal.b).unwrap_or_else(|| {
+            // Other equations ask for all terms too, and rarely for the same part of them.
+            if support.iter().all(|s| *s) {
+                &self.inverses.of(normal.g.clone()).1 * &normal.b
+            } else {
+                least_norm(&normal.g, &normal.b)
+            }
+        });
         normal.spread(&solution)
     }
 }

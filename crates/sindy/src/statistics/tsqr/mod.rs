@@ -49,6 +49,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::data::samples::BlockSource;
 use crate::error::{SindyError, same_size};
 use crate::statistics::gram::{Accumulate, Gram};
+use crate::statistics::lanes::dot;
 
 /// Condition of `Θ` (columns of unit length) above which the Gram matrix is not trusted: there its relative
 /// error of about 10⁻¹⁵ costs coefficients up to 10⁻³ of their size, and soon after all of it.
@@ -360,25 +361,6 @@ impl WithSimd for Fold<'_> {
             }
         }
     }
-}
-
-/// `x · y` by eight partial sums, in a fixed order.
-#[inline(always)]
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let mut s = [0.0; 8];
-    let (x, y) = (x.chunks_exact(8), y.chunks_exact(8));
-    let tail: f64 = x
-        .remainder()
-        .iter()
-        .zip(y.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (x, y) in x.zip(y) {
-        for k in 0..8 {
-            s[k] += x[k] * y[k];
-        }
-    }
-    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])) + tail
 }
 
 #[cfg(test)]
