@@ -327,7 +327,7 @@ impl Sums {
             return;
         }
         let part = self.chunk.columns(0, self.filled);
-        self.total += part * part.transpose();
+        self.total.gemm(1.0, &part, &part.transpose(), 1.0);
         self.filled = 0;
     }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::colour::Whitener;
 use super::record::Record;
-use super::system::{Step, System, Work};
+use super::system::{Step, System, Work, multiply};
 
 /// Steps of the integrator between samples, at most. Samples that need more are too coarse for any choice of terms; half of
 /// it stops stiff systems short of [`INTEGRATION`].
@@ -48,6 +48,8 @@ pub(super) struct Sensitivity {
     pub m: DMatrix<f64>,
     /// n: by closing the defects before it.
     pub d: DVector<f64>,
+    /// Where a step writes the next of both.
+    next: (DMatrix<f64>, DVector<f64>),
 }
 
 impl Sensitivity {
@@ -55,18 +57,23 @@ impl Sensitivity {
     pub(super) fn start(n: usize, p: usize) -> Self {
         let mut m = DMatrix::zeros(n, n + p);
         (0..n).for_each(|i| m[(i, i)] = 1.0);
+        let d = DVector::zeros(n);
         Self {
+            next: (m.clone(), d.clone()),
             m,
-            d: DVector::zeros(n),
+            d,
         }
     }
 
     /// Over a step.
     pub(super) fn advance(&mut self, step: &Step) {
-        self.m = &step.transition * &self.m;
+        let (m, d) = &mut self.next;
+        multiply(&step.transition, &self.m, m);
+        d.gemv(1.0, &step.transition, &self.d, 0.0);
+        std::mem::swap(&mut self.m, m);
+        std::mem::swap(&mut self.d, d);
         let mut of_coefficients = self.m.columns_mut(self.d.len(), step.forcing.ncols());
         of_coefficients += &step.forcing;
-        self.d = &step.transition * &self.d;
     }
 }
 

@@ -155,10 +155,13 @@ impl State<'_> {
             free: (normal.arcs() * self.system.n) as f64,
         };
         let chosen = linearised.choose(&self.xi, groups, (settings, start), anew);
-        let part = self.move_by(normal, &chosen.change, values as f64)?;
+        let (part, mut misfit) = self.move_by(normal, &chosen.change, values as f64)?;
         if part == 1.0 {
+            let moved = self.xi.clone();
             chosen.clear(&mut self.xi);
-            let (misfit, _) = self.follow().judge(&self.records, normal.cuts())?;
+            if self.xi != moved {
+                (misfit, _) = self.follow().judge(&self.records, normal.cuts())?;
+            }
             let all = self.sigma.iter_mut().zip(&misfit).zip(&start.floor);
             for (((s, m), floor), samples) in all.zip(&normal.samples) {
                 *s = (m / *samples as f64).sqrt().max(*floor);
@@ -173,8 +176,13 @@ impl State<'_> {
     }
 
     /// Moves coefficients and nodes by the step, halved until the trajectories are not much worse; returns the
-    /// share that was made.
-    fn move_by(&mut self, normal: &Normal, change: &DVector<f64>, values: f64) -> Option<f64> {
+    /// share that was made, and each state's misfit there.
+    fn move_by(
+        &mut self,
+        normal: &Normal,
+        change: &DVector<f64>,
+        values: f64,
+    ) -> Option<(f64, Vec<f64>)> {
         let merit = |sigma: &[f64], misfit: &[f64], defects: f64| {
             let sum: f64 = misfit.iter().zip(sigma).map(|(m, s)| m / s / s).sum();
             sum + DEFECT * defects
@@ -191,7 +199,7 @@ impl State<'_> {
                 .as_ref()
                 .is_some_and(|(m, d)| merit(&self.sigma, m, *d) < WORSE * before.max(values));
             if good || part < SHORTEST {
-                return after.map(|_| part);
+                return after.map(|(misfit, _)| (part, misfit));
             }
             for (record, nodes) in self.records.iter_mut().zip(&nodes) {
                 record.nodes.clone_from(nodes);

@@ -52,10 +52,9 @@ pub(super) struct Part {
 
 /// A model's coefficients, and the working memory of its steps.
 pub(super) struct Work {
-    /// Of all candidates.
-    coefficients: Vec<f64>,
-    /// Those that are not zero, and those of known terms: (equation, term, coefficient).
+    /// Coefficients that are not zero, and those of known terms: (equation, term, coefficient).
     active: Vec<(usize, usize, f64)>,
+    slopes: Vec<Slope>,
     row: Vec<f64>,
     theta: [Vec<f64>; 3],
     gradient: Vec<f64>,
@@ -63,6 +62,18 @@ pub(super) struct Work {
     jacobian: [DMatrix<f64>; 3],
     stages: [Vec<f64>; 4],
     point: Vec<f64>,
+    /// n x n.
+    products: [DMatrix<f64>; 4],
+}
+
+/// What the derivative of a term by a state gives to `∂f/∂x`.
+#[derive(Clone, Copy)]
+struct Slope {
+    /// The derivative's place among [`System::gradients`].
+    gradient: usize,
+    equation: usize,
+    state: usize,
+    coefficient: f64,
 }
 
 /// One step's end, and its derivatives by where it started and by the coefficients.
@@ -231,7 +242,7 @@ impl System {
         let active = found.filter(|(_, _, c)| *c != 0.0);
         Work {
             active: active.chain(self.fixed.iter().copied()).collect(),
-            coefficients: coefficients.to_vec(),
+            slopes: self.slopes(coefficients),
             row: vec![0.0; n + self.inputs],
             theta: [theta(), theta(), theta()],
             gradient: vec![0.0; self.gradients.outputs()],
@@ -239,7 +250,25 @@ impl System {
             jacobian: std::array::from_fn(|_| DMatrix::zeros(n, n)),
             stages: std::array::from_fn(|_| vec![0.0; n]),
             point: vec![0.0; n],
+            products: std::array::from_fn(|_| DMatrix::zeros(n, n)),
         }
+    }
+
+    fn slopes(&self, coefficients: &[f64]) -> Vec<Slope> {
+        let mut slopes = Vec::new();
+        for (gradient, &(term, state)) in self.places.iter().enumerate() {
+            let chosen = self.users[term].iter();
+            let chosen = chosen.map(|p| (p.equation, coefficients[p.candidate] * p.factor));
+            let known = self.known[term].iter().copied();
+            let all = chosen.filter(|(_, c)| *c != 0.0).chain(known);
+            slopes.extend(all.map(|(equation, coefficient)| Slope {
+                gradient,
+                equation,
+                state,
+                coefficient,
+            }));
+        }
+        slopes
     }
 
     pub(super) fn blank(&self) -> Step {
@@ -273,20 +302,15 @@ impl System {
     fn jacobian(
         &self,
         row: &[f64],
-        coefficients: &[f64],
+        slopes: &[Slope],
         gradient: &mut [f64],
         scratch: &mut Scratch,
         out: &mut DMatrix<f64>,
     ) {
         self.gradients.eval_row(row, gradient, scratch);
         out.fill(0.0);
-        for (&(term, state), slope) in self.places.iter().zip(gradient.iter()) {
-            for p in &self.users[term] {
-                out[(p.equation, state)] += coefficients[p.candidate] * p.factor * slope;
-            }
-            for &(equation, c) in &self.known[term] {
-                out[(equation, state)] += c * slope;
-            }
+        for slope in slopes {
+            out[(slope.equation, slope.state)] += slope.coefficient * gradient[slope.gradient];
         }
     }
 
@@ -302,8 +326,8 @@ impl System {
         out: &mut Step,
     ) {
         let Work {
-            coefficients,
             active,
+            slopes,
             row,
             theta: [t0, tm, t1],
             gradient,
@@ -311,10 +335,11 @@ impl System {
             jacobian: [j0, jm, j1],
             stages: [k1, k2, k3, k4],
             point,
+            products: [shifted, a2, a3, a4],
         } = work;
         self.rhs((x, inputs[0]), active, row, t0, scratch, k1);
         if sensitive {
-            self.jacobian(row, coefficients, gradient, scratch, j0);
+            self.jacobian(row, slopes, gradient, scratch, j0);
         }
         if self.discrete {
             out.state.copy_from_slice(k1);
@@ -346,40 +371,72 @@ impl System {
         }
         // Values and slopes at the end, and at the middle of the cubic through both ends.
         self.rhs((&out.state, inputs[2]), active, row, t1, scratch, k4);
-        self.jacobian(row, coefficients, gradient, scratch, j1);
+        self.jacobian(row, slopes, gradient, scratch, j1);
         for i in 0..self.n {
             point[i] = 0.5 * (x[i] + out.state[i]) + h / 8.0 * (k1[i] - k4[i]);
         }
         self.rhs((point, inputs[1]), active, row, tm, scratch, k2);
-        self.jacobian(row, coefficients, gradient, scratch, jm);
+        self.jacobian(row, slopes, gradient, scratch, jm);
 
-        let n = self.n;
-        let identity = DMatrix::<f64>::identity(n, n);
-        let a1 = j0.clone();
-        let a2 = &*jm * (&identity + &a1 * (0.5 * h));
-        let a3 = &*jm * (&identity + &a2 * (0.5 * h));
-        let a4 = &*j1 * (&identity + &a3 * h);
-        out.transition = &identity + (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0);
+        let mut through =
+            |jacobian: &DMatrix<f64>, by: &DMatrix<f64>, h: f64, to: &mut DMatrix<f64>| {
+                // jacobian (I + h by)
+                shifted.copy_from(by);
+                *shifted *= h;
+                add_identity(shifted);
+                multiply(jacobian, shifted, to);
+            };
+        through(jm, j0, 0.5 * h, a2);
+        through(jm, a2, 0.5 * h, a3);
+        through(j1, a3, h, a4);
+        out.transition
+            .zip_zip_apply(j0, a4, |t, a1, a4| *t = a1 + a4);
+        out.transition
+            .zip_zip_apply(a2, a3, |t, a2, a3| *t = h / 6.0 * (*t + 2.0 * (a2 + a3)));
+        add_identity(&mut out.transition);
         // From the middle to the end: the exponential of the mean Jacobian to second order.
-        let mean = (&*jm + &*j1) * (0.25 * h);
-        let late = &identity + &mean + &mean * &mean * 0.5;
-        self.force(h, &late, [t0, tm, t1], out);
+        let (mean, late) = (a2, a3);
+        mean.zip_zip_apply(jm, j1, |mean, jm, j1| *mean = 0.25 * h * (jm + j1));
+        multiply(mean, mean, late);
+        late.zip_apply(mean, |late, mean| *late = 0.5 * *late + mean);
+        add_identity(late);
+        self.force(h, late, [t0, tm, t1], out);
     }
 
     /// The derivatives by the coefficients, from the terms at the start, the middle and the end of a step, by Simpson's rule; `late` is
     /// the transition from the middle to the end.
     fn force(&self, h: f64, late: &DMatrix<f64>, [t0, tm, t1]: [&[f64]; 3], out: &mut Step) {
         out.forcing.fill(0.0);
+        let n = self.n;
+        let (early, late) = (out.transition.as_slice(), late.as_slice());
+        let forcing = out.forcing.as_mut_slice();
         for p in &self.parts {
             let weight = h / 6.0 * p.factor;
-            for i in 0..self.n {
-                let start = out.transition[(i, p.equation)] * t0[p.term];
-                let middle = 4.0 * late[(i, p.equation)] * tm[p.term];
-                out.forcing[(i, p.candidate)] += weight * (start + middle);
+            let (start, middle) = (weight * t0[p.term], 4.0 * weight * tm[p.term]);
+            let column = &mut forcing[p.candidate * n..][..n];
+            let (early, late) = (&early[p.equation * n..], &late[p.equation * n..]);
+            for ((to, early), late) in column.iter_mut().zip(early).zip(late) {
+                *to += early * start + late * middle;
             }
-            out.forcing[(p.equation, p.candidate)] += weight * t1[p.term];
+            column[p.equation] += weight * t1[p.term];
         }
     }
+}
+
+/// `to = a b` for a square `a` of few rows, for which general products take longer to start than to compute.
+pub(super) fn multiply(a: &DMatrix<f64>, b: &DMatrix<f64>, to: &mut DMatrix<f64>) {
+    let n = a.nrows();
+    let (a, columns) = (a.as_slice(), b.as_slice().chunks_exact(n));
+    for (to, b) in to.as_mut_slice().chunks_exact_mut(n).zip(columns) {
+        to.fill(0.0);
+        for (a, b) in a.chunks_exact(n).zip(b) {
+            to.iter_mut().zip(a).for_each(|(to, a)| *to += a * b);
+        }
+    }
+}
+
+fn add_identity(square: &mut DMatrix<f64>) {
+    (0..square.nrows()).for_each(|i| square[(i, i)] += 1.0);
 }
 
 /// For each distinct term the parts that use it.

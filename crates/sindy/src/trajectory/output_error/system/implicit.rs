@@ -106,8 +106,8 @@ impl System {
             return None;
         }
         let Work {
-            coefficients,
             active,
+            slopes,
             row,
             theta: [t0, ..],
             gradient,
@@ -117,7 +117,7 @@ impl System {
             ..
         } = work;
         self.rhs((x, &inputs[0]), active, row, t0, scratch, slope);
-        self.jacobian(row, coefficients, gradient, scratch, j0);
+        self.jacobian(row, slopes, gradient, scratch, j0);
         let raw = DVector::from_fn(n, |e, _| {
             let stages: f64 = (0..3).map(|i| ERROR[i] * z[i * n + e]).sum();
             GAMMA * (h * slope[e] + stages)
@@ -171,8 +171,8 @@ impl System {
     /// Slopes, terms and Jacobians at the stages.
     fn at_stages(&self, x: &[f64], z: &DVector<f64>, inputs: &[Vec<f64>; 4], work: &mut Work) {
         let Work {
-            coefficients,
             active,
+            slopes,
             row,
             theta,
             gradient,
@@ -180,6 +180,7 @@ impl System {
             jacobian,
             stages,
             point,
+            ..
         } = work;
         for i in 0..3 {
             for (e, point) in point.iter_mut().enumerate() {
@@ -187,7 +188,7 @@ impl System {
             }
             let (values, slope) = (&mut theta[i], &mut stages[i]);
             self.rhs((point, &inputs[i + 1]), active, row, values, scratch, slope);
-            self.jacobian(row, coefficients, gradient, scratch, &mut jacobian[i]);
+            self.jacobian(row, slopes, gradient, scratch, &mut jacobian[i]);
         }
     }
 

@@ -18,7 +18,7 @@ impl System {
             let at: Vec<f64> = columns.iter().map(|c| c[row]).collect();
             let jacobian = &mut work.jacobian[0];
             let scratch = (&mut work.gradient, &mut work.scratch);
-            self.jacobian(&at, coefficients, scratch.0, scratch.1, jacobian);
+            self.jacobian(&at, &work.slopes, scratch.0, scratch.1, jacobian);
             for (equation, out) in out.iter_mut().enumerate() {
                 let noise = jacobian.row(equation).transpose();
                 let squares = noise
