@@ -99,7 +99,8 @@ mod tests {
     #[test]
     fn analytic_refits_are_least_squares_of_each_target() {
         // Terms that the rows determine, and more terms than rows.
-        for rows in [400, 50] {
+        // Rounding of two ways to solve systems times their conditions: 1e6, and 4e10 of the directions that count.
+        for (rows, tolerance) in [(400, 1e-8), (50, 1e-5)] {
             let first = gram(rows);
             let second = Gram {
                 xty: DVector::from_fn(80, |j, _| first.xtx[(j, 3)] - 2.0 * first.xtx[(j, 7)]),
@@ -113,9 +114,8 @@ mod tests {
                     let expected = least_squares(of, &support);
                     for _ in 0..2 {
                         let found = refits.on(&support);
-                        // Rounding of two ways to solve systems of a condition up to 1e6.
                         let error = (&found - &expected).amax() / expected.amax();
-                        assert!(error < 1e-8, "{rows} rows, {terms} terms: {error:e}");
+                        assert!(error < tolerance, "{rows} rows, {terms} terms: {error:e}");
                     }
                 }
             }

@@ -372,7 +372,7 @@ mod tests {
             };
             let normal = linearise(&state.follow(), &state.records, &mut None).unwrap();
             let step = DVector::from_vec(vec![change]);
-            let part = state.move_by(&normal, &step, 200.0).unwrap();
+            let (part, _) = state.move_by(&normal, &step, 200.0).unwrap();
             assert_eq!(part == 1.0, whole, "{change}: {part}");
             assert_eq!(state.xi[0], -1.0 + change * part);
         }
