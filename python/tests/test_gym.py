@@ -142,8 +142,18 @@ def test_prop_settings_are_the_scenarios_and_faults_are_named() -> None:
         with pytest.raises(td.SindyError) as caught:
             LandingVectorEnv(1, **settings)
         assert caught.value.key == key and caught.value.found, str(caught.value)
-    with pytest.raises(td.SindyError):
-        envs.step(np.zeros((1, 2), dtype=np.float32))
+    for key, call in [
+        ("actions", lambda: envs.step(np.zeros((1, 2), dtype=np.float32))),
+        ("actions", lambda: envs.step(np.zeros(7, dtype=np.float32))),
+        ("seed", lambda: envs.reset(seed=2**64)),
+        ("seed", lambda: envs.reset(seed=[-1])),
+        ("num_envs", lambda: LandingVectorEnv(-1)),
+        ("num_envs", lambda: LandingVectorEnv(0)),
+        ("trial", lambda: td.Space("still").land(None)),
+    ]:
+        with pytest.raises(td.SindyError) as caught:
+            call()
+        assert caught.value.key == key, str(caught.value)
 
 
 def test_prop_what_cannot_be_flown_is_refused() -> None:

@@ -237,10 +237,19 @@ fn in_words(error: &StoreError) -> String {
         return format!("the server says {code}: {message}");
     }
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = before_page(&text).to_owned();
     match ROLES.iter().any(|role| text.contains(role)) {
         true => format!("found no key in the environment, and no role of this machine ({text})"),
         false => text,
     }
+}
+
+/// What stands before a page of HTML, with which proxies explain errors to browsers.
+fn before_page(text: &str) -> &str {
+    let lower = text.to_ascii_lowercase();
+    let starts = ["<!doctype html", "<html"];
+    let page = starts.iter().filter_map(|start| lower.find(start)).min();
+    page.map_or(text, |page| text[..page].trim_end_matches([' ', ':']))
 }
 
 /// The text of an element of XML, as servers explain errors.
@@ -389,5 +398,7 @@ mod tests {
         );
         assert!(!role.contains('\n'), "{role}");
         assert_eq!(of("away"), "Generic S3 error: away");
+        let page = "502 Bad Gateway: <!DOCTYPE HTML>\n<html><body>Sorry</body></html>";
+        assert_eq!(of(page), "Generic S3 error: 502 Bad Gateway");
     }
 }

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from sindy import _native
-from sindy._errors import fault
+from sindy._errors import fault, whole
 
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
@@ -148,6 +148,7 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
             raise fault("tilt_rad", "a number above 0, at most 1", tilt_rad)
         if not 0.0 < rate_radps <= 10.0:
             raise fault("rate_radps", "a number above 0, at most 10", rate_radps)
+        num_envs = whole("num_envs", num_envs, 1)
         keys = None if scenario is None else json.dumps(dict(scenario))
         self._native = _native.Commanded(deck, keys, action == "rates", num_envs, decision_s)
         self.num_envs = num_envs
@@ -191,8 +192,9 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         """
         mask = None if options is None else options.get("reset_mask")
         if isinstance(seed, list):
-            self._seed_each(seed)
+            self._seed_each([whole("seed", of_one) for of_one in seed])
         elif seed is not None:
+            seed = whole("seed", seed)
             super().reset(seed=seed)
             self._seeds = [seed] * self.num_envs
             self._trials = np.arange(self.num_envs)
@@ -261,9 +263,9 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         ``lateral_m``, ``touch_s``) and ``end_s``, each with its mask ``_outcome``, ...; with `AutoresetMode.SAME_STEP` also
         ``final_obs``, and the same under ``final_info``.
         """
-        given = np.asarray(actions, dtype=float).reshape(self.num_envs, -1)
-        if given.shape[1] != self._size:
-            raise fault("actions", f"{self._size} numbers for each environment", given.shape[1])
+        given = np.asarray(actions, dtype=float)
+        if given.shape != (self.num_envs, self._size):
+            raise fault("actions", f"an array of {self.num_envs} x {self._size}", f"shape {given.shape}")
         if np.isnan(given).any():
             raise fault("actions", "numbers", "NaN")
         if self.closed:

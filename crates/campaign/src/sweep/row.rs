@@ -316,11 +316,10 @@ pub(super) fn decode(
     let rows: Option<Vec<LandingRow>> = (0..file.rows()).map(|row| parsed(&columns, row)).collect();
     let rows = rows.ok_or_else(others)?;
     if !rows.iter().map(|row| row.landing).eq(landings.clone()) {
-        let found = format!(
-            "{} of them, from {:?} on",
-            rows.len(),
-            rows.first().map(|r| r.landing)
-        );
+        let found = match rows.first() {
+            Some(first) => format!("{} of them, from {} on", rows.len(), first.landing),
+            None => "none".to_owned(),
+        };
         return Err(Error::data(
             &at,
             format!("the landings {} to {}", landings.start, landings.end - 1),

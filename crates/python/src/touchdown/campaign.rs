@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::sweep::{
@@ -113,11 +112,7 @@ pub(crate) fn campaign_fly(
             sweep::fly(&Simulation, &sweep, &store, &missing, &progress).map(drop)
         })())
     })?;
-    done.map_err(|e| match &e {
-        // Disks have their moods: no fault of the sweep, and worth another try.
-        Error::File { .. } => PyOSError::new_err(e.to_string()),
-        _ => of_campaign(&e),
-    })
+    done.map_err(|e| of_campaign(&e))
 }
 
 /// The blocks that are there, in their order. None is read.
