@@ -90,6 +90,9 @@ impl Bucket {
     }
 }
 
+/// How the name of Google's server ends.
+const BASE_URL: &str = "base_url";
+
 /// The variables that are of a scheme, by their names in small letters. An empty one is none, as the scheme's own tools take it.
 fn of_scheme(
     scheme: &ObjectStoreScheme,
@@ -114,7 +117,8 @@ fn of_scheme(
         }
         let is_server = Url::parse(&value)
             .is_ok_and(|url| ["http", "https"].contains(&url.scheme()) && url.host_str().is_some());
-        if key.contains("endpoint") && key.contains("url") && !is_server {
+        let is_url = key.contains("endpoint") && key.contains("url") || key.ends_with(BASE_URL);
+        if is_url && !is_server {
             return Err(Error::Arguments(format!(
                 "{name}: expected a server such as https://host or http://host:9000, found {value}"
             )));
@@ -140,7 +144,8 @@ fn client(
     };
     // Whoever names a server without encryption wants it.
     let open = |(name, value): &(String, String)| {
-        name.contains("endpoint") && value.to_ascii_lowercase().starts_with("http://")
+        let names_server = name.contains("endpoint") || name.ends_with(BASE_URL);
+        names_server && value.to_ascii_lowercase().starts_with("http://")
     };
     let options = ClientOptions::new()
         .with_connect_timeout(CONNECTED_WITHIN)
@@ -234,6 +239,8 @@ fn in_words(error: &StoreError) -> String {
         behind = error.source();
     }
     if let (Some(code), Some(message)) = (element(&text, "Code"), element(&text, "Message")) {
+        // Azure adds lines with the number and the time of the request.
+        let message = message.lines().next().unwrap_or_default();
         return format!("the server says {code}: {message}");
     }
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -389,7 +396,7 @@ mod tests {
                 source: text.into(),
             })
         };
-        let body = "404 Not Found: <Error><Code>NoSuchBucket</Code>\n<Message>It is not there</Message></Error>";
+        let body = "404 Not Found: <Error><Code>NoSuchBucket</Code>\n<Message>It is not there\nTime:1</Message></Error>";
         assert_eq!(of(body), "the server says NoSuchBucket: It is not there");
         let role = of("GET http://169.254.169.254/latest: timed\nout");
         assert!(

@@ -378,29 +378,8 @@ impl System {
         self.rhs((point, inputs[1]), active, row, tm, scratch, k2);
         self.jacobian(row, slopes, gradient, scratch, jm);
 
-        let mut through =
-            |jacobian: &DMatrix<f64>, by: &DMatrix<f64>, h: f64, to: &mut DMatrix<f64>| {
-                // jacobian (I + h by)
-                shifted.copy_from(by);
-                *shifted *= h;
-                add_identity(shifted);
-                multiply(jacobian, shifted, to);
-            };
-        through(jm, j0, 0.5 * h, a2);
-        through(jm, a2, 0.5 * h, a3);
-        through(j1, a3, h, a4);
-        out.transition
-            .zip_zip_apply(j0, a4, |t, a1, a4| *t = a1 + a4);
-        out.transition
-            .zip_zip_apply(a2, a3, |t, a2, a3| *t = h / 6.0 * (*t + 2.0 * (a2 + a3)));
-        add_identity(&mut out.transition);
-        // From the middle to the end: the exponential of the mean Jacobian to second order.
-        let (mean, late) = (a2, a3);
-        mean.zip_zip_apply(jm, j1, |mean, jm, j1| *mean = 0.25 * h * (jm + j1));
-        multiply(mean, mean, late);
-        late.zip_apply(mean, |late, mean| *late = 0.5 * *late + mean);
-        add_identity(late);
-        self.force(h, late, [t0, tm, t1], out);
+        transition(h, [j0, jm, j1], [shifted, a2, a3, a4], &mut out.transition);
+        self.force(h, a3, [t0, tm, t1], out);
     }
 
     /// The derivatives by the coefficients, from the terms at the start, the middle and the end of a step, by Simpson's rule; `late` is
@@ -421,6 +400,36 @@ impl System {
             column[p.equation] += weight * t1[p.term];
         }
     }
+}
+
+/// The transition over a step by Runge–Kutta of order 4, from the Jacobians at its start, its middle and its end. Leaves the
+/// transition from the middle to the end in `a3`.
+fn transition(
+    h: f64,
+    [j0, jm, j1]: [&DMatrix<f64>; 3],
+    [shifted, a2, a3, a4]: [&mut DMatrix<f64>; 4],
+    out: &mut DMatrix<f64>,
+) {
+    let mut through =
+        |jacobian: &DMatrix<f64>, by: &DMatrix<f64>, h: f64, to: &mut DMatrix<f64>| {
+            // jacobian (I + h by)
+            shifted.copy_from(by);
+            *shifted *= h;
+            add_identity(shifted);
+            multiply(jacobian, shifted, to);
+        };
+    through(jm, j0, 0.5 * h, a2);
+    through(jm, a2, 0.5 * h, a3);
+    through(j1, a3, h, a4);
+    out.zip_zip_apply(j0, a4, |t, a1, a4| *t = a1 + a4);
+    out.zip_zip_apply(a2, a3, |t, a2, a3| *t = h / 6.0 * (*t + 2.0 * (a2 + a3)));
+    add_identity(out);
+    // The exponential of the mean Jacobian to second order.
+    let (mean, late) = (a2, a3);
+    mean.zip_zip_apply(jm, j1, |mean, jm, j1| *mean = 0.25 * h * (jm + j1));
+    multiply(mean, mean, late);
+    late.zip_apply(mean, |late, mean| *late = 0.5 * *late + mean);
+    add_identity(late);
 }
 
 /// `to = a b` for a square `a` of few rows, for which general products take longer to start than to compute.
