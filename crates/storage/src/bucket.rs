@@ -139,7 +139,7 @@ fn client(
     let retry = RetryConfig {
         retry_timeout: RETRIED_FOR,
         // The time alone ends it.
-        max_retries: usize::MAX,
+        max_retries: 1000,
         ..RetryConfig::default()
     };
     // Whoever names a server without encryption wants it.
@@ -256,7 +256,8 @@ fn before_page(text: &str) -> &str {
     let lower = text.to_ascii_lowercase();
     let starts = ["<!doctype html", "<html"];
     let page = starts.iter().filter_map(|start| lower.find(start)).min();
-    page.map_or(text, |page| text[..page].trim_end_matches([' ', ':']))
+    let words = page.map_or(text, |page| &text[..page]);
+    words.trim_end_matches([' ', ':'])
 }
 
 /// The text of an element of XML, as servers explain errors.
@@ -405,6 +406,8 @@ mod tests {
         );
         assert!(!role.contains('\n'), "{role}");
         assert_eq!(of("away"), "Generic S3 error: away");
+        let empty = "501 Not Implemented: ";
+        assert_eq!(of(empty), "Generic S3 error: 501 Not Implemented");
         let page = "502 Bad Gateway: <!DOCTYPE HTML>\n<html><body>Sorry</body></html>";
         assert_eq!(of(page), "Generic S3 error: 502 Bad Gateway");
     }
