@@ -1,6 +1,6 @@
 //! Time in the equations: `sindy fit --inputs t`.
 
-use crate::common::{csv, json, number, words, write};
+use crate::common::{csv, fails, json, number, words, write};
 
 /// A number between -1 and 1 that looks random.
 fn noise(i: usize) -> f64 {
@@ -36,6 +36,14 @@ fn analytic_time_stands_in_the_equations_where_it_is_an_input() {
                 "{term}"
             );
         }
+    }
+    // Without the input, the error says what lacks.
+    let terms = write(folder.path(), "terms.txt", "x\ncos(2*t)\n");
+    for arguments in ["--library poly(1)+cos(2*t)", "--terms {}"] {
+        let without = format!("fit {{}} --states x {arguments}");
+        let error = fails(2, &words(&without, &[&data, &terms]));
+        let expected = "expected one of: x (and t with --inputs t), found `t`";
+        assert!(error.contains(expected), "{error}");
     }
     // Beside the data time is found again; alone it is a formula.
     let beside = json(0, &words("simulate {} --data {}", &[&model, &data]));

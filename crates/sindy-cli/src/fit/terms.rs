@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use sindy::identify::velocity;
-use sindy::{Libraries, Library};
+use sindy::{Libraries, Library, SindyError};
 
 use super::args::FitArgs;
 use super::settings::Settings;
 use crate::error::{Error, Result};
+use crate::trajectories::TIME_NAMES;
 
 /// The library without any argument.
 pub(super) const DEFAULT: &str = "poly(3)";
@@ -24,11 +25,12 @@ pub(super) fn libraries(
     let variables: Vec<&String> = states.iter().chain(inputs).collect();
     let mut texts = Vec::new();
     for text in &args.library {
-        Library::specification(text, &variables).map_err(Error::refused("--library"))?;
+        Library::specification(text, &variables)
+            .map_err(|e| Error::refused("--library")(with_time(args, e)))?;
         texts.push(text.clone());
     }
     if let Some(path) = &args.terms {
-        texts.extend(read(path, &variables)?);
+        texts.extend(read(path, args, &variables)?);
     }
     let (libraries, why) = match (texts.is_empty(), &settings.library) {
         (false, _) => (&Libraries::shared(texts), "--library"),
@@ -56,15 +58,44 @@ fn quadratic(states: &[String], inputs: &[String]) -> String {
     }
 }
 
+/// The error of a term with the time in it says how the time can stand there.
+fn with_time(args: &FitArgs, error: SindyError) -> SindyError {
+    let named = args.table.time.as_deref();
+    match error {
+        SindyError::Specification {
+            text,
+            column,
+            expected,
+            found,
+        } => {
+            let name = found.trim_matches('`');
+            let is_time = named.map_or(TIME_NAMES.concat().contains(&name), |time| time == name);
+            let more = if is_time && !args.inputs.iter().any(|i| i == name) {
+                format!(" (and {name} with --inputs {name})")
+            } else {
+                String::new()
+            };
+            SindyError::Specification {
+                text,
+                column,
+                expected: expected + &more,
+                found,
+            }
+        }
+        other => other,
+    }
+}
+
 /// Candidate terms in a file, one on each line: an expression, or a library such as `poly(2)`. `#` begins a comment.
-fn read(path: &Path, variables: &[&String]) -> Result<Vec<String>> {
+fn read(path: &Path, args: &FitArgs, variables: &[&String]) -> Result<Vec<String>> {
     let text = touchdown_files::read_text(path).map_err(Error::unread(path))?;
     let mut texts = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default().trim();
         if !line.is_empty() {
             let place = format!("{}, line {}", path.display(), i + 1);
-            Library::specification(line, variables).map_err(Error::refused(place))?;
+            Library::specification(line, variables)
+                .map_err(|e| Error::refused(place)(with_time(args, e)))?;
             texts.push(line.to_owned());
         }
     }

@@ -17,7 +17,7 @@ pub(crate) use read::read;
 pub(crate) const TOLERATED: f64 = 0.01;
 
 /// Names of a time column that are recognised, and those that are recognised where none of the former is there.
-const TIME_NAMES: [&[&str]; 2] = [
+pub(crate) const TIME_NAMES: [&[&str]; 2] = [
     &["t", "time", "time_s"],
     &["t_s", "timestamp", "timestamp_s"],
 ];
