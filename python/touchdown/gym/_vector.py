@@ -194,9 +194,9 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         if isinstance(seed, list):
             self._seed_each([whole("seed", of_one) for of_one in seed])
         elif seed is not None:
-            seed = whole("seed", seed)
-            super().reset(seed=seed)
-            self._seeds = [seed] * self.num_envs
+            of_all: int = whole("seed", seed)
+            super().reset(seed=of_all)
+            self._seeds = [of_all] * self.num_envs
             self._trials = np.arange(self.num_envs)
             self._stride = self.num_envs
         if self.closed:
