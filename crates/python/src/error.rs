@@ -77,8 +77,8 @@ pub(crate) fn of(error: &sindy::SindyError) -> PyErr {
     fault(error.to_string(), &key, &expected, &found)
 }
 
-/// Reads a text in JSON from the Python side. `key` names the whole of it in errors; within it, an error has the path of
-/// what does not read, and an unknown key the path of what has it.
+/// Reads a text in JSON from the Python side. An error names the setting that cannot be read, and for an unknown key the table
+/// that holds the key. `key` names the whole text.
 pub(crate) fn read<T: DeserializeOwned>(key: &str, text: &str) -> PyResult<T> {
     let mut json = serde_json::Deserializer::from_str(text);
     serde_path_to_error::deserialize(&mut json).map_err(|error| {

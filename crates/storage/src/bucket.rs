@@ -90,7 +90,7 @@ impl Bucket {
     }
 }
 
-/// How the name of Google's server ends.
+/// End of the variable that names Google's server.
 const BASE_URL: &str = "base_url";
 
 /// The variables that are of a scheme, by their names in small letters. An empty one is none, as the scheme's own tools take it.

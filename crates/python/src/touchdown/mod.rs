@@ -107,7 +107,7 @@ fn of_campaign(error: &touchdown_campaign::Error) -> PyErr {
     match error {
         E::Card(error) => of_card(error),
         E::Simulation(error) => of_sim(error),
-        // Disks and servers have their moods: no fault of the caller's, and worth another try.
+        // A disk or a server may fail for a while. The caller did nothing wrong and may try again.
         E::File { source, .. } => std::io::Error::new(source.kind(), message).into(),
         E::Data {
             trial,

@@ -1,4 +1,4 @@
-//! Sums in a fixed order by eight partial sums, which vector instructions of any width carry: the same bits on every machine.
+//! Sums of eight partial sums in a fixed order. They have the same bits for vector instructions of any width.
 
 /// Partial sums of each sum.
 pub(crate) const LANES: usize = 8;

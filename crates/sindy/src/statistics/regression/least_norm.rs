@@ -140,8 +140,8 @@ impl Tridiagonal {
     }
 }
 
-/// The reduction by reflections, in whatever vector instructions the processor has. Each step reads and writes what is left of
-/// the matrix once: the change by the reflection before goes with the product that the next one needs.
+/// The reduction by reflections, with vector instructions. Each step reads and writes the remaining block once: it applies the
+/// previous reflection and computes the product for the next one together.
 struct Reduction(DMatrix<f64>);
 
 impl WithSimd for Reduction {
@@ -153,7 +153,7 @@ impl WithSimd for Reduction {
         let n = a.nrows();
         let mut axes = Vec::with_capacity(n);
         let mut beside = vec![0.0; n];
-        // What is left of the matrix is that of `a` less v wᵀ + w vᵀ.
+        // The remaining block is that of `a` minus v wᵀ + w vᵀ.
         let (mut v, mut w) = (vec![0.0; n], vec![0.0; n]);
         for k in 0..n {
             for i in k..n {
@@ -203,7 +203,7 @@ impl WithSimd for Reduction {
     }
 }
 
-/// What is left of the matrix in one step of the reduction, with the product that the step asks for.
+/// The remaining block in one step of the reduction, and its product with the axis of the next reflection.
 struct Left<'a> {
     rows: usize,
     v: &'a [f64],
