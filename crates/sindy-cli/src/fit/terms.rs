@@ -41,7 +41,7 @@ pub(super) fn libraries(
         (true, None) => (&Libraries::shared([DEFAULT]), DEFAULT),
     };
     let built = libraries.build(&states, inputs);
-    built.map_err(Error::refused(why))
+    built.map_err(|e| Error::refused(why)(with_time(args, e)))
 }
 
 /// The default of a model that is bounded: degree 2 in the states, and inputs alone.
@@ -58,32 +58,22 @@ fn quadratic(states: &[String], inputs: &[String]) -> String {
     }
 }
 
-/// The error of a term with the time in it says how the time can stand there.
-fn with_time(args: &FitArgs, error: SindyError) -> SindyError {
-    let named = args.table.time.as_deref();
-    match error {
-        SindyError::Specification {
-            text,
-            column,
-            expected,
-            found,
-        } => {
-            let name = found.trim_matches('`');
-            let is_time = named.map_or(TIME_NAMES.concat().contains(&name), |time| time == name);
-            let more = if is_time && !args.inputs.iter().any(|i| i == name) {
-                format!(" (and {name} with --inputs {name})")
-            } else {
-                String::new()
-            };
-            SindyError::Specification {
-                text,
-                column,
-                expected: expected + &more,
-                found,
-            }
+/// The error, with how time can stand in a term where the unknown name is that of the time column.
+fn with_time(args: &FitArgs, mut error: SindyError) -> SindyError {
+    if let SindyError::Specification {
+        expected, found, ..
+    } = &mut error
+    {
+        let name = found.trim_matches('`');
+        let is_time = match &args.table.time {
+            Some(time) => time == name,
+            None => TIME_NAMES.concat().contains(&name),
+        };
+        if is_time {
+            expected.push_str(&format!(" (and {name} with --inputs {name})"));
         }
-        other => other,
     }
+    error
 }
 
 /// Candidate terms in a file, one on each line: an expression, or a library such as `poly(2)`. `#` begins a comment.

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use sindy_expr::{Expr, Program, Scratch};
 
 pub(super) use self::transition::multiply;
-use self::transition::transition;
+use self::transition::{second_half, transition};
 use super::disturbed::DiffusionCandidates;
 use crate::error::{SindyError, require, same_size};
 use crate::library::{Library, compile};
@@ -57,6 +57,7 @@ pub(super) struct Part {
 pub(super) struct Work {
     /// Coefficients that are not zero, and those of known terms: (equation, term, coefficient).
     active: Vec<(usize, usize, f64)>,
+    /// The same, for each state that their terms depend on.
     slopes: Vec<Slope>,
     row: Vec<f64>,
     theta: [Vec<f64>; 3],
@@ -65,7 +66,7 @@ pub(super) struct Work {
     jacobian: [DMatrix<f64>; 3],
     stages: [Vec<f64>; 4],
     point: Vec<f64>,
-    /// n x n.
+    /// Scratch, each n x n.
     products: [DMatrix<f64>; 4],
 }
 
@@ -382,7 +383,9 @@ impl System {
         self.jacobian(row, slopes, gradient, scratch, jm);
 
         transition(h, [j0, jm, j1], [shifted, a2, a3, a4], &mut out.transition);
-        self.force(h, a3, [t0, tm, t1], out);
+        let (mean, late) = (a2, a3);
+        second_half(h, [jm, j1], mean, late);
+        self.force(h, late, [t0, tm, t1], out);
     }
 
     /// The derivatives by the coefficients, from the terms at the start, the middle and the end of a step, by Simpson's rule; `late` is

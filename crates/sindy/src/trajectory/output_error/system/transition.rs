@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-/// The transition over a step by Runge–Kutta of order 4, from the Jacobians at its start, its middle and its end. Leaves the
-/// transition from the middle to the end in `a3`.
+/// The transition over a step by Runge–Kutta of order 4, from the Jacobians at its start, its middle and its end. The
+/// four matrices between are scratch.
 pub(super) fn transition(
     h: f64,
     [j0, jm, j1]: [&DMatrix<f64>; 3],
@@ -24,12 +24,19 @@ pub(super) fn transition(
     out.zip_zip_apply(j0, a4, |t, a1, a4| *t = a1 + a4);
     out.zip_zip_apply(a2, a3, |t, a2, a3| *t = h / 6.0 * (*t + 2.0 * (a2 + a3)));
     add_identity(out);
-    // The exponential of the mean Jacobian to second order.
-    let (mean, late) = (a2, a3);
+}
+
+/// The transition from the middle of a step to its end: the exponential of the mean Jacobian to second order, into `out`.
+pub(super) fn second_half(
+    h: f64,
+    [jm, j1]: [&DMatrix<f64>; 2],
+    mean: &mut DMatrix<f64>,
+    out: &mut DMatrix<f64>,
+) {
     mean.zip_zip_apply(jm, j1, |mean, jm, j1| *mean = 0.25 * h * (jm + j1));
-    multiply(mean, mean, late);
-    late.zip_apply(mean, |late, mean| *late = 0.5 * *late + mean);
-    add_identity(late);
+    multiply(mean, mean, out);
+    out.zip_apply(mean, |out, mean| *out = 0.5 * *out + mean);
+    add_identity(out);
 }
 
 /// `to = a b` for a square `a` of few rows, for which general products take longer to start than to compute.
