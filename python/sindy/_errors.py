@@ -62,6 +62,13 @@ def whole(key: str, value: Any, least: int = 0) -> Any:
     return int(value)
 
 
+def needed(key: str, value: Any, least: int = 0) -> int:
+    """A whole number that has to be given."""
+    if value is None:
+        raise fault(key, f"a whole number from {least}", value)
+    return int(whole(key, value, least))
+
+
 def fault(key: str, expected: str, found: object) -> SindyError:
     """The error of a fault in one argument."""
     return SindyError(f"`{key}`: expected {expected}, found {found}", key, expected, str(found))

@@ -10,7 +10,7 @@ from concurrent.futures import wait as wait_for
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
-from ._errors import SindyError, fault, whole
+from ._errors import SindyError, fault, needed
 
 # From the first number to before the second.
 Task = tuple[int, int]
@@ -25,8 +25,7 @@ LEAST_SILENCE_S = 10.0
 def check(executor: object, **least: tuple[int, int]) -> None:
     """Refuses what is no executor, and numbers below the least that they may be."""
     for name, (value, lowest) in least.items():
-        if whole(name, value, lowest) is None:
-            raise fault(name, f"a whole number from {lowest}", value)
+        needed(name, value, lowest)
     if not (isinstance(executor, Executor) or callable(executor)):
         raise fault("executor", "an executor, or a function that makes one", type(executor).__name__)
 

@@ -149,6 +149,7 @@ def test_prop_settings_are_the_scenarios_and_faults_are_named() -> None:
         ("seed", lambda: envs.reset(seed=[-1])),
         ("num_envs", lambda: LandingVectorEnv(-1)),
         ("num_envs", lambda: LandingVectorEnv(0)),
+        ("num_envs", lambda: LandingVectorEnv(None)),
         ("trial", lambda: td.Space("still").land(None)),
     ]:
         with pytest.raises(td.SindyError) as caught:

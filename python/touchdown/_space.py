@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sindy import _native
-from sindy._errors import fault, whole
+from sindy._errors import needed, whole
 
 from . import _plot
 from ._card import Card
@@ -113,9 +113,7 @@ class Space:
 
     def land(self, trial: int = 0) -> Landing:
         """Flies the landing of a trial, whose vehicle, start, deck, air and noise are drawn from the seed."""
-        if trial is None:
-            raise fault("trial", "a whole number from 0", trial)
-        number = whole("trial", trial)
+        number = needed("trial", trial)
         return Landing(self._native.land(number), number)
 
     @property

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from sindy import _native
-from sindy._errors import fault, whole
+from sindy._errors import fault, needed, whole
 
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
@@ -148,7 +148,7 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
             raise fault("tilt_rad", "a number above 0, at most 1", tilt_rad)
         if not 0.0 < rate_radps <= 10.0:
             raise fault("rate_radps", "a number above 0, at most 10", rate_radps)
-        num_envs = whole("num_envs", num_envs, 1)
+        num_envs = needed("num_envs", num_envs, 1)
         keys = None if scenario is None else json.dumps(dict(scenario))
         self._native = _native.Commanded(deck, keys, action == "rates", num_envs, decision_s)
         self.num_envs = num_envs
@@ -194,9 +194,9 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         if isinstance(seed, list):
             self._seed_each([whole("seed", of_one) for of_one in seed])
         elif seed is not None:
-            of_all: int = whole("seed", seed)
-            super().reset(seed=of_all)
-            self._seeds = [of_all] * self.num_envs
+            seed = needed("seed", seed)
+            super().reset(seed=seed)
+            self._seeds = [seed] * self.num_envs
             self._trials = np.arange(self.num_envs)
             self._stride = self.num_envs
         if self.closed:
