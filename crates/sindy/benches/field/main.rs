@@ -230,7 +230,7 @@ fn settings(problem: &Problem) -> Settings {
         discrete: system.clock == Clock::Map,
         second_order: match system.task {
             Task::Positions => names(system.measured()),
-            Task::States | Task::Hybrid | Task::Diffusion(_) => Vec::new(),
+            _ => Vec::new(),
         },
         noise: match (system.task, problem.corruption) {
             (Task::Diffusion(_), Corruption::None) => NoiseSource::Process,
@@ -260,7 +260,9 @@ fn fit(problem: &Problem, seed: u64) -> Result<Fitted, SindyError> {
     let begun = Instant::now();
     let found = identify(settings.clone())?;
     let mut fitted = Fitted::new(problem, seed, &found, begun.elapsed().as_secs_f64())?;
-    if let (Some(truth), Ok(found)) = (simulate::diffusions(system)?, &found) {
+    if let (Task::Diffusion(_), Some(truth), Ok(found)) =
+        (system.task, simulate::diffusions(system)?, &found)
+    {
         let constant = identify(Settings {
             diffusion: Vec::new(),
             ..settings

@@ -23,10 +23,10 @@ pub(crate) fn truth(system: &System) -> Result<Model, SindyError> {
     model(system, system.truth)
 }
 
-/// The squared diffusions as equations of the states, where these are looked for.
+/// The squared diffusions as equations of the states, where a system has them.
 pub(crate) fn diffusions(system: &System) -> Result<Option<Model>, SindyError> {
     match system.task {
-        Task::Diffusion(squares) => model(system, squares).map(Some),
+        Task::Diffusion(squares) | Task::Disturbed(squares) => model(system, squares).map(Some),
         _ => Ok(None),
     }
 }
@@ -111,7 +111,7 @@ pub(crate) fn simulate(
             match system.clock {
                 Clock::Map => {
                     let before = x.clone();
-                    eval.eval(&before, &[], &mut x);
+                    eval.eval(&before, &inputs.at(t)?, &mut x);
                     for (x, sd) in x.iter_mut().zip(drive) {
                         *x += sd * normal(rng);
                     }

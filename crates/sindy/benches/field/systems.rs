@@ -45,6 +45,8 @@ pub(crate) enum Task {
     Hybrid,
     /// All states are measured. They are driven by noise with these squared diffusions, which are looked for too.
     Diffusion(Equations),
+    /// The same, but nothing says that they are driven by noise.
+    Disturbed(Equations),
 }
 
 /// A system, its library and its trajectories.
@@ -71,7 +73,7 @@ impl System {
     /// The states that are measured, the first ones.
     pub(crate) fn measured(&self) -> &'static [&'static str] {
         match self.task {
-            Task::States | Task::Hybrid | Task::Diffusion(_) => self.states,
+            Task::States | Task::Hybrid | Task::Diffusion(_) | Task::Disturbed(_) => self.states,
             Task::Positions => &self.states[..self.states.len() / 2],
         }
     }
@@ -79,7 +81,7 @@ impl System {
     /// The first equation that is scored: those before it are known.
     pub(crate) fn scored(&self) -> usize {
         match self.task {
-            Task::States | Task::Hybrid | Task::Diffusion(_) => 0,
+            Task::States | Task::Hybrid | Task::Diffusion(_) | Task::Disturbed(_) => 0,
             Task::Positions => self.states.len() / 2,
         }
     }

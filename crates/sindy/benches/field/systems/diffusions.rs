@@ -82,3 +82,28 @@ pub(crate) const DEMOGRAPHIC: System = System {
     rows: 1000,
     ..ONE_STATE
 };
+
+/// Rows are so seldom that a constant and the state hardly differ from a constant and its square.
+pub(crate) const SLOW_REVERSION: System = System {
+    name: "slow reversion",
+    truth: &[&[("1", 1.5), ("x", -0.5)]],
+    task: Task::Disturbed(&[&[("1", 0.16)]]),
+    runs: &[(&[3.0], &[])],
+    clock: Clock::Every(0.1),
+    rows: 3000,
+    ..ONE_STATE
+};
+
+/// Noise acts on the velocity alone.
+pub(crate) const PUSHED_OSCILLATOR: System = System {
+    name: "pushed oscillator",
+    states: &["x", "v"],
+    truth: &[&[("v", 1.0)], &[("x", -2.0), ("v", -0.3), ("x^3", -0.5)]],
+    task: Task::Disturbed(&[&[], &[("1", 0.2)]]),
+    candidates: Candidates::Degree(3),
+    runs: &[(&[1.0, 0.0], &[])],
+    clock: Clock::Every(0.05),
+    rows: 2500,
+    substeps: 50,
+    ..ONE_STATE
+};

@@ -31,3 +31,30 @@ pub(crate) const DELAYED_LOGISTIC: System = System {
     rows: 100,
     ..PLAIN
 };
+
+/// Prey and predator from year to year.
+pub(crate) const TWO_POPULATIONS: System = System {
+    name: "two populations, map",
+    truth: &[
+        &[("x", 3.4), ("x^2", -3.4), ("x*y", -0.3)],
+        &[("y", 0.7), ("x*y", 0.9), ("x*y^2", -0.9)],
+    ],
+    runs: &[(&[0.5, 0.2], &[]), (&[0.3, 0.6], &[])],
+    clock: Clock::Map,
+    rows: 400,
+    ..PLAIN
+};
+
+pub(crate) const DRIVEN_MAP: System = System {
+    name: "driven map",
+    states: &["x"],
+    inputs: &["u"],
+    truth: &[&[("x", 0.8), ("x^3", -0.15), ("u", 0.4)]],
+    runs: &[(
+        &[0.2],
+        &["sin(0.37*t) + 0.7*sin(0.91*t + 1) + 0.5*sin(1.73*t)"],
+    )],
+    clock: Clock::Map,
+    rows: 700,
+    ..PLAIN
+};
