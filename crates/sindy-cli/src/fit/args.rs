@@ -121,8 +121,9 @@ pub(crate) struct FitArgs {
     ///
     /// Noise of the measurement leaves the system alone: whole trajectories are followed. A disturbance stays in the state. With
     /// `process` rows count as states and each is predicted from the one before, with `both` a filter tells the two apart. The sizes of
-    /// disturbances and noise are estimated with the equations.
-    #[arg(long, value_name = "SOURCE", conflicts_with_all = ["stream", "discrete"])]
+    /// disturbances and noise are estimated with the equations. With --discrete `measurement` is known: without it the likelier of
+    /// noise of the measurement and noise of the map is taken.
+    #[arg(long, value_name = "SOURCE", conflicts_with = "stream")]
     pub(crate) noise: Option<Noise>,
     /// Candidate terms for the variance of disturbances, such as `poly(2)`; repeatable, they add up [default: a constant]
     ///

@@ -16,6 +16,7 @@ const DOUBTS: &[&str] = &[
     "did not converge",
     "could follow no trajectory",
     "equally likely",
+    "about as likely",
 ];
 
 /// Names of the columns, and the line below them.

@@ -88,6 +88,9 @@ impl IdentificationRun<'_> {
             .all(|(c, k)| (*c != 0.0) == *k);
         // Of other terms is known what the part of the rows has shown.
         fit.fronts.clone_from(&before.fronts);
+        let more = fit.values as f64 / before.values as f64;
+        fit.exchanges.clone_from(&before.exchanges);
+        fit.exchanges.iter_mut().for_each(|e| e.cost *= more);
         for (j, kept) in keep.iter().enumerate() {
             if !kept {
                 fit.evidence[j] = before.evidence[j] + before.penalty - fit.penalty;

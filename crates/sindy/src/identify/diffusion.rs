@@ -96,6 +96,7 @@ impl IdentificationRun<'_> {
                     std_error: found.std_errors[i][j],
                     degrees,
                     evidence: found.evidence[i][j],
+                    ..TermEvidence::NONE
                 };
                 let coefficient = found.coefficients[i][j];
                 DiffusionTerm {

@@ -165,13 +165,23 @@ impl IdentificationRun<'_> {
         let Some(other) = self.explained(search, progress) else {
             return model;
         };
-        let gain = model.fit.score - other.fit.score;
+        let gain = counted(&model.fit) - counted(&other.fit);
         if gain > TWENTY_TO_ONE {
             return other;
         }
         model.is_ambiguous = gain > -TWENTY_TO_ONE;
         model
     }
+}
+
+/// The score of a fit, with a penalty for each number that describes its noise: variances, and what it remembers.
+fn counted(fit: &OutputErrorFit) -> f64 {
+    let above_zero = |values: &[f64]| values.iter().filter(|v| **v > 0.0).count();
+    let numbers = match &fit.disturbance {
+        Some(noise) => above_zero(&noise.process) + above_zero(&noise.measurement),
+        None => fit.sigma.len() + above_zero(&fit.colour),
+    };
+    fit.score + numbers as f64 * (fit.values as f64).ln()
 }
 
 /// The state whose squared innovations depend on the state most, where they do.

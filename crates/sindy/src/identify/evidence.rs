@@ -1,5 +1,6 @@
 //! The evidence for each term: standard error, degrees of freedom, and the fall of the log-likelihood without it.
 
+use super::exchange;
 use crate::solve::fit::Fit;
 use crate::solve::sign::{self, Sign};
 use crate::statistics::criteria::evidence_for;
@@ -13,8 +14,12 @@ pub(super) struct TermEvidence {
     pub std_error: f64,
     /// Degrees of freedom of the standard error.
     pub degrees: f64,
+    /// Independent rows that it rests on.
+    pub rows: f64,
     /// The evidence for the term: twice the fall of the log-likelihood without it, less the penalty for it.
     pub evidence: f64,
+    /// Odds of models with another term in its place against the model.
+    pub exchanged: f64,
 }
 
 impl TermEvidence {
@@ -22,7 +27,9 @@ impl TermEvidence {
     pub(super) const NONE: Self = Self {
         std_error: 0.0,
         degrees: 0.0,
+        rows: 0.0,
         evidence: 0.0,
+        exchanged: 0.0,
     };
 
     /// That of candidate `j`. Correlated residuals hold the information of fewer independent ones: standard errors grow by
@@ -33,14 +40,17 @@ impl TermEvidence {
         Self {
             std_error: found.std_errors[j] / independent.sqrt(),
             degrees: (found.values as f64 * independent - terms).max(1.0),
+            rows: found.values as f64 * independent,
             evidence: (found.evidence[j] + found.penalty) * independent
                 - (found.penalty + independent.ln()),
+            exchanged: exchange::odds(&exchange::of_output_error(found), j),
         }
     }
 
-    /// The probability that the term is present: odds are exp(Δ/2) for twice the log-likelihood that it is worth.
+    /// The probability that the term is present, beside models without it and with another one in its place: odds are exp(Δ/2) for
+    /// twice the log-likelihood that is lost.
     pub(super) fn inclusion(self) -> f64 {
-        1.0 / (1.0 + (-0.5 * self.evidence).exp())
+        1.0 / (1.0 + (-0.5 * self.evidence).exp() + self.exchanged)
     }
 
     pub(super) fn interval(self, value: f64) -> Option<[f64; 2]> {
@@ -97,7 +107,9 @@ pub(super) fn of_regression(
         out[j] = TermEvidence {
             std_error,
             degrees,
+            rows: counted,
             evidence: evidence_for(square, degrees, counted, fit.support.len()),
+            exchanged: 0.0,
         };
     }
     out
@@ -151,6 +163,7 @@ mod tests {
             colour: Vec::new(),
             disturbance: None,
             fronts: Vec::new(),
+            exchanges: Vec::new(),
             multiples: Vec::new(),
             correlation,
             score: 0.0,

@@ -170,12 +170,14 @@ impl IdentificationRun<'_> {
                     break;
                 }
                 if longest == usize::MAX
+                    && !self.settings.discrete
                     && let Some(model) = self.in_coloured_noise(best, search)
                 {
                     return Some(self.likelier(model, search, progress));
                 }
             }
-            if self.settings.noise == NoiseSource::Measurement {
+            // In noise of its own a map is a regression.
+            if self.settings.noise == NoiseSource::Measurement || self.settings.discrete {
                 break;
             }
             if longest == usize::MAX
@@ -185,6 +187,10 @@ impl IdentificationRun<'_> {
             }
         }
         let mut best = best?;
+        if self.settings.discrete {
+            best.independence = self.independence(&best.fit, search);
+            return Some(best);
+        }
         let correlated = best.fit.correlation > CORRELATED;
         if correlated || is_doubtful(&best.fit) {
             let again = self.less_information(&best, search);
@@ -275,11 +281,8 @@ impl IdentificationRun<'_> {
     }
 
     /// How likely residuals of whole trajectories that are noise of the measurement, of any colour and size, would follow the
-    /// model's flow as these do. A map's residuals are noise of its own by definition.
+    /// model's flow as these do.
     fn independence(&self, fit: &OutputErrorFit, search: &Search<'_>) -> Option<f64> {
-        if self.settings.discrete {
-            return None;
-        }
         output_error::independence(search.system, search.pieces, fit, &LONGEST[1..])
     }
 

@@ -47,10 +47,13 @@ mod diffusion;
 mod discrete;
 mod disturbed;
 mod evidence;
+mod exchange;
 mod follow;
 pub mod implicit;
 mod inputs;
 mod known;
+mod map_noise;
+mod map_outliers;
 mod missing;
 mod model;
 mod neighbours;
@@ -244,7 +247,15 @@ impl Identify {
             self.settings.discrete,
         )?;
         let (libraries, known): (Vec<Library>, Vec<KnownPart>) = libraries.into_iter().unzip();
-        let (time, stretches) = self.stretches(data, &mut warnings)?;
+        let (time, mut stretches) = self.stretches(data, &mut warnings)?;
+        if self.settings.discrete
+            && self.settings.outliers
+            && let Some((kept, said)) =
+                map_outliers::set_aside(data, &stretches, &libraries, &known)?
+        {
+            stretches = kept;
+            warnings.extend(said);
+        }
         let libraries = libraries
             .into_iter()
             .map(|library| {

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use super::all_rows::OnAllRows;
 use super::evidence::{TermEvidence, intervals, of_regression, without_doubtful};
+use super::exchange;
 use super::follow::FollowedModel;
-use super::neighbours;
 use super::rank::RankedModel;
 use super::regress::{FRONT_NODES, Statistics, signed_subsets};
 use super::run::IdentificationRun;
@@ -22,9 +22,6 @@ use crate::trajectory::output_error::{Alternative, OutputErrorFit, Piece};
 
 /// Coefficients of all candidates, the evidence for them, and the equations.
 pub(super) type WrittenRegression = (Vec<f64>, Vec<TermEvidence>, Vec<Equation>);
-
-/// Level of the test for errors of the next sample that depend on the state: of true maps one in a hundred is warned of.
-const LACKS: f64 = 0.01;
 
 impl IdentificationRun<'_> {
     /// A model from the coefficients of all candidates and the evidence for them.
@@ -163,9 +160,10 @@ impl IdentificationRun<'_> {
         out.extend(self.contradicted_by_trajectories(followed));
         out.extend(self.broken_by_trajectories(Some(followed)));
         out.extend(self.unmoved(model, fit));
-        out.extend(self.lack_of_map(model)?);
+        out.extend(self.lack_of_map(model, Some(followed))?);
         out.extend(self.no_diffusion(fit));
         out.extend(self.warnings_of_multiples(fit));
+        out.extend(self.as_likely(&exchange::of_output_error(fit)));
         out.extend(doubtful(model));
         Ok(out)
     }
@@ -228,6 +226,7 @@ impl IdentificationRun<'_> {
             Some(conserved) => self.joint_equations(conserved, best, from)?,
             None => self.separate_equations(best, from, worth)?,
         };
+        let exchanges = self.exchanges(best, from, &mut evidence);
         let moved = self.stable_regression(&best.coefficients, from);
         if let Some(moved) = &moved {
             coefficients = self.with_added(moved, &mut evidence);
@@ -250,6 +249,8 @@ impl IdentificationRun<'_> {
         let choice = self.choice(best, best.regression.solver, reason);
         let warnings = self.warnings_of_regression(best, &model);
         self.warnings.extend(warnings);
+        let as_likely = self.as_likely(&exchanges);
+        self.warnings.extend(as_likely);
         let against = self.contradicted_by_regression(from)?;
         self.warnings.extend(against);
         let mut against = self.broken_by_trajectories(followed);
@@ -257,7 +258,7 @@ impl IdentificationRun<'_> {
             against = self.broken_by_regression(from, best, yardstick)?;
         }
         self.warnings.extend(against);
-        let lack = self.lack_of_map(&model)?;
+        let lack = self.lack_of_map(&model, None)?;
         self.warnings.extend(lack);
         let mut outcomes = best.regression.fits.iter().map(|f| f.outcome);
         let outcome = outcomes
@@ -325,20 +326,6 @@ impl IdentificationRun<'_> {
         let whole = fits
             .map(|(fit, parts)| of_regression(fit, parts, &Gram::total(parts), from.independent));
         (model.clone(), whole.collect())
-    }
-
-    /// In discrete time, a warning where the error of the next sample depends on the state.
-    fn lack_of_map(&self, model: &Model) -> Result<Option<String>, SindyError> {
-        if !self.settings.discrete {
-            return Ok(None);
-        }
-        let p = neighbours::independence(model, &self.stretches, &self.noise.floor)?;
-        Ok(p.filter(|p| *p <= LACKS).map(|p| {
-            format!(
-                "rows that are neighbours have errors of the next sample that are alike (p = {p:.2}): a term is not in the \
-                 library, or the noise depends on the state"
-            )
-        }))
     }
 
     fn finish(

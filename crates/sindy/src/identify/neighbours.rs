@@ -85,7 +85,7 @@ pub(super) fn independence_of(mut points: Vec<Vec<f64>>, mut errors: Vec<Vec<f64
 }
 
 /// Root mean square of each column about its mean.
-fn deviations(rows: &[Vec<f64>]) -> Vec<f64> {
+pub(super) fn deviations(rows: &[Vec<f64>]) -> Vec<f64> {
     let n = rows.len().max(1) as f64;
     let width = rows.first().map_or(0, Vec::len);
     (0..width)
@@ -105,7 +105,7 @@ fn scale(rows: &mut [Vec<f64>], sizes: &[f64]) {
     }
 }
 
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
 

@@ -107,7 +107,7 @@ impl<'a> IdentificationRun<'a> {
     ) -> Result<Identification, SindyError> {
         let followed = self.follow(ranked, slopes, &statistics[0], progress);
         match &followed {
-            Some(followed) if self.accepts(followed, ranked, yardstick) => {
+            Some(followed) if self.accepts(followed, ranked, &statistics[0], yardstick) => {
                 self.of_output_error(ranked, followed, &statistics[0])
             }
             _ => self.of_regression(ranked, statistics, yardstick, followed.as_ref()),
@@ -152,11 +152,12 @@ impl<'a> IdentificationRun<'a> {
     }
 
     /// Whether the model by output error replaces the best regression: if it follows whole trajectories to within the
-    /// noise, or else if its free run is better.
+    /// noise, or else if its free run is better. Of a map, if noise of the measurement is likelier.
     fn accepts(
         &self,
         followed: &FollowedModel,
         ranked: &[RankedModel],
+        statistics: &Statistics,
         yardstick: &[Piece<'_>],
     ) -> bool {
         // These were tested as they were fitted, or are what was asked for.
@@ -165,7 +166,13 @@ impl<'a> IdentificationRun<'a> {
         }
         let within = self.misfit(&followed.fit) <= FOLLOWS || followed.is_in_noise();
         let follows = followed.longest == usize::MAX && within;
-        if self.settings.method == Method::OutputError || (follows && !self.settings.discrete) {
+        if self.settings.method == Method::OutputError {
+            return true;
+        }
+        if self.settings.discrete {
+            return self.is_measured_map(followed, ranked, statistics);
+        }
+        if follows {
             return true;
         }
         let coefficients = &followed.fit.coefficients;

@@ -93,6 +93,10 @@ impl Screen {
         fit.coefficients = self.wide(&fit.coefficients, 0.0);
         fit.std_errors = self.wide(&fit.std_errors, 0.0);
         fit.evidence = self.wide(&fit.evidence, f64::NEG_INFINITY);
+        for exchange in &mut fit.exchanges {
+            exchange.dropped = self.kept[exchange.dropped];
+            exchange.added = self.kept[exchange.added];
+        }
         for alternative in fit.fronts.iter_mut().flatten() {
             for j in &mut alternative.support {
                 *j = self.kept[*j];

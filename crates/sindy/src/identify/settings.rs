@@ -143,8 +143,8 @@ pub struct Settings {
     /// Whether the equations give the next sample instead of the slope.
     pub discrete: bool,
     /// Whether single samples of the states that are far off their neighbours ([`crate::derivative::spikes`]) are
-    /// taken for outliers and have no weight. Not in discrete time, where neighbours do not predict each other, and
-    /// not in a stream.
+    /// taken for outliers and have no weight; in discrete time, those far off what a robust map predicts from the row before. Not in
+    /// a stream.
     pub outliers: bool,
     /// Parts of equations that are known: `x' = v` (the whole equation), `v' = -9.81 + ...` (the rest is looked for), in discrete
     /// time `x[k+1] = y`. Not in a stream.
@@ -168,8 +168,8 @@ pub struct Settings {
     pub second_order: Vec<String>,
     /// How coefficients are determined.
     pub method: Method,
-    /// Where the noise comes from. In discrete time regressions minimise the error of the next sample, so that only the automatic choice
-    /// is known there.
+    /// Where the noise comes from. In discrete time noise of the measurement, or the automatic choice between it and noise of the map
+    /// itself, for which regressions minimise the error of the next sample.
     pub noise: NoiseSource,
     /// Candidate terms of the squared diffusion `g_i²` of each state in `dx_i = f_i dt + g_i dW_i`, as texts for
     /// [`Library::specifications`](crate::Library::specifications): disturbances whose size depends on the state. Constant where
@@ -283,11 +283,15 @@ impl Settings {
         let order = !self.discrete || self.second_order.is_empty();
         let found = self.second_order.join(", ");
         require(order, "second_order", "none in discrete time", found)?;
-        let follows = !self.discrete && self.method != Method::Regression;
+        let follows = match self.noise {
+            NoiseSource::Automatic => true,
+            NoiseSource::Measurement => self.method != Method::Regression,
+            _ => !self.discrete && self.method != Method::Regression,
+        };
         require(
-            self.noise == NoiseSource::Automatic || follows,
+            follows,
             "noise",
-            "automatic in discrete time and for regressions alone",
+            "automatic or measurement in discrete time, automatic for regressions alone",
             format!("{:?}", self.noise).to_lowercase(),
         )?;
         super::conserve::check(self)?;

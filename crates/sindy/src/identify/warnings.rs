@@ -132,7 +132,7 @@ impl IdentificationRun<'_> {
             .map(|((state, _), (left, noise))| {
                 format!(
                     "equation of {state} has no terms, but {state} leaves {} times the noise that neighbouring samples show: \
-                     what moves it is not in the library, or is noise that is not white",
+                     what moves it is not in the library, is noise that is not white, or disturbs the system (setting `noise`)",
                     ratio(left / noise)
                 )
             })
@@ -145,7 +145,8 @@ impl IdentificationRun<'_> {
         let mut out = Vec::new();
         match followed.independence {
             // The error of the next sample is judged instead.
-            _ if self.settings.discrete || fit.disturbance.is_some() => {}
+            _ if fit.disturbance.is_some() => {}
+            _ if self.settings.discrete && self.settings.noise == NoiseSource::Automatic => {}
             Some(p) if followed.is_in_noise() && misfit > FOLLOWS => out.push(format!(
                 "the model leaves {} times the noise that neighbouring samples show. This residual does not follow the \
                  model's flow (p = {p:.2}): the noise is not white or has heavy tails",

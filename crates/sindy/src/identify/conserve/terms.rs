@@ -61,6 +61,7 @@ impl Conserved {
             coefficients,
             std_errors,
             fronts,
+            exchanges: Vec::new(),
             ..fit.clone()
         }
     }

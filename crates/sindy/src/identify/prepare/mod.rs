@@ -66,6 +66,11 @@ impl Noise {
         }
     }
 
+    /// The scatter of a state.
+    pub(super) fn spread(&self, state: usize) -> f64 {
+        self.floor[state] / FLOOR
+    }
+
     /// Whether the noise of a state exceeds the residual that a good model has on data without noise.
     pub(super) fn is_visible(&self) -> bool {
         let least = self.tolerated.iter().zip(&self.floor);

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::exchange::Exchange;
 use super::search::irrelevant;
 use super::select::Search;
 use super::{Alternative, Settings, Start};
@@ -121,6 +122,16 @@ impl Chosen {
         (0..self.change.len())
             .map(|j| self.search.change(j) / self.variance - self.unit)
             .collect()
+    }
+
+    /// The cheapest exchanges of each term.
+    pub(super) fn exchanges(&self, groups: &[Vec<usize>]) -> Vec<Exchange> {
+        let all = groups.iter().flat_map(|own| self.search.exchanges(own));
+        let of = |e: Exchange| Exchange {
+            cost: e.cost / self.variance,
+            ..e
+        };
+        all.map(of).collect()
     }
 
     /// The best terms of every number, for each equation.

@@ -245,7 +245,8 @@ impl Follow<'_> {
 
     /// Steps of the integrator between samples, doubled from those of the cut until its error is small beside the noise.
     pub(super) fn fine_substeps(mut self, records: &[Record]) -> usize {
-        if self.system.stiff {
+        // An implicit integrator has steps of its own, a map has none.
+        if self.system.stiff || self.system.discrete {
             return self.cut.substeps;
         }
         while self.cut.substeps < MOST_SUBSTEPS && self.integration_error(records) > INTEGRATION {

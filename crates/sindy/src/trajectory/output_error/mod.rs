@@ -34,6 +34,7 @@ mod arcs;
 mod choice;
 mod colour;
 pub(crate) mod disturbed;
+pub(crate) mod exchange;
 mod follow;
 mod multiples;
 mod noise;
@@ -45,6 +46,7 @@ mod system;
 mod tests;
 
 pub use disturbed::{Diffusion, Disturbance, Sources};
+pub use exchange::Exchange;
 use follow::{ArcSettings, Follow};
 pub(crate) use multiples::Multiple;
 pub(crate) use noise::{Trace, colour_of, independence, is_white};
@@ -179,6 +181,8 @@ pub struct OutputErrorFit {
     pub disturbance: Option<Disturbance>,
     /// For each equation, the best terms of every number up to some more than were kept.
     pub fronts: Vec<Vec<Alternative>>,
+    /// For each term that is kept, the candidates of its equation that are nearest to it in place of it.
+    pub exchanges: Vec<Exchange>,
     /// What may be added to equations of a stiff system unseen; none of others.
     pub(crate) multiples: Vec<Multiple>,
     /// `1 + 2 Σ ρ_k` of the residuals, the largest over states; 1 for independent ones.

@@ -309,6 +309,7 @@ mod tests {
             colour: Vec::new(),
             disturbance: None,
             fronts: Vec::new(),
+            exchanges: Vec::new(),
             multiples: Vec::new(),
             correlation: 1.0,
             score: 0.0,

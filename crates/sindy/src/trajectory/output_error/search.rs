@@ -230,6 +230,7 @@ impl State<'_> {
             evidence: chosen.evidence(),
             penalty: chosen.penalty(),
             fronts: chosen.fronts(groups),
+            exchanges: chosen.exchanges(groups),
             multiples: match self.system.stiff {
                 true => multiples(self.system, chosen, &self.xi, &start.term_rms),
                 false => Vec::new(),

@@ -16,7 +16,7 @@ use crate::statistics::gram::Gram;
 
 /// A term of whose column the support leaves less than this share counts as dependent on it: sweeping squares the
 /// condition, and seven of sixteen digits are left.
-const DEPENDENT: f64 = 1e-9;
+pub(super) const DEPENDENT: f64 = 1e-9;
 /// Nodes of a branch and bound, at most: a few milliseconds. A search that ends there is reported as not proven.
 const NODES: u64 = 4_000;
 /// Number of terms of an equation that the search branches on: those that lower the squares most, with the kept terms and
@@ -43,7 +43,7 @@ pub(super) struct Search {
     reference: Vec<f64>,
     pub support: Vec<bool>,
     /// Signs of the coefficients; empty where none is given.
-    signs: Vec<Sign>,
+    pub(super) signs: Vec<Sign>,
 }
 
 impl Search {
@@ -135,7 +135,7 @@ impl Search {
     }
 
     /// The scaled coefficient of a term of the support.
-    fn scaled(&self, j: usize) -> f64 {
+    pub(super) fn scaled(&self, j: usize) -> f64 {
         self.reference[j] + self.t[(j, self.length.len())]
     }
 

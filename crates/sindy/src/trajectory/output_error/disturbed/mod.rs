@@ -302,6 +302,7 @@ impl Disturbed<'_> {
             evidence: chosen.evidence(),
             penalty: chosen.penalty(),
             fronts: chosen.fronts(&self.system.groups),
+            exchanges: chosen.exchanges(&self.system.groups),
             multiples: Vec::new(),
             correlation: correlation(&series(&total.passes)),
             score: total.log_determinant + total.yty - total.values as f64
