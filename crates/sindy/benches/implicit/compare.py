@@ -66,6 +66,20 @@ SYSTEMS = {
         starts=[[1.0, 0.2], [0.3, 1.5], [1.8, 1.0]], step=0.06, rows=300, degrees=(3, 1),
         truth={"x": ({"x^2": 1.0, "x*y": 0.2, "x^3": -0.5, "x^2*y": -0.5}, {"x": 1.0, "y": 1.0}),
                "y": ({"x*y": 0.3, "y^2": -0.3}, {"x": 1.0, "y": 1.0})}),
+    # A rate that does not vanish, beside a term of saturation.
+    "leaky Hill switch": dict(
+        states="x", slope=lambda x: [0.15 + 2 * x[0]**2 / (0.8 + x[0]**2) - 0.9 * x[0]],
+        starts=[[2.8], [0.05], [0.4], [1.4], [0.7]], step=0.04, rows=200, degrees=(3, 2),
+        truth={"x": ({"1": 0.15, "x": -0.9, "x^2": 2.15 / 0.8, "x^3": -0.9 / 0.8}, {"1": 1.0, "x^2": 1 / 0.8})}),
+    "fed predation": dict(
+        states="x", slope=lambda x: [0.3 + 0.5 * x[0] - 1.4 * x[0]**2 / (0.5 + x[0]**2)],
+        starts=[[0.02], [0.7], [1.1], [1.6]], step=0.03, rows=200, degrees=(3, 2),
+        truth={"x": ({"1": 0.3, "x": 0.5, "x^2": -1.1 / 0.5, "x^3": 1.0}, {"1": 1.0, "x^2": 2.0})}),
+    "leak and inhibition": dict(
+        states="x", slope=lambda x: [0.1 + 2.4 * x[0] / (0.4 + x[0] + 0.5 * x[0]**2) - 0.7 * x[0]],
+        starts=[[3.0], [0.01], [0.6], [1.8]], step=0.03, rows=250, degrees=(3, 2),
+        truth={"x": ({"1": 0.1, "x": (0.1 + 2.4 - 0.28) / 0.4, "x^2": (0.05 - 0.7) / 0.4, "x^3": -0.35 / 0.4},
+                     {"1": 1.0, "x": 2.5, "x^2": 1.25})}),
     "Lorenz": dict(
         states="xyz", slope=lambda x: [10 * (x[1] - x[0]), x[0] * (28 - x[2]) - x[1], x[0] * x[1] - 8 / 3 * x[2]],
         starts=[[-8.0, 7.0, 27.0]], step=0.005, rows=2000, degrees=(2, 1),

@@ -1,5 +1,6 @@
 """`sindy pde` beside PySINDy 2.1 on the same fields: python3 compare.py PATH/TO/sindy [seeds]
-`python3 compare.py --write ks.npz` writes the chaotic field with 5 % of noise instead.
+`python3 compare.py --write ks.npz` writes the chaotic field with 5 % of noise instead,
+`python3 compare.py --coloured PATH/TO/sindy [seeds]` has noise that is not white, and libraries without a term of the truth, here alone.
 
 Fields: two solitons of Korteweg and de Vries and Burgers' equation by Cole and Hopf, both in closed form; chaos of Kuramoto and
 Sivashinsky, fronts of Fisher and of Allen and Cahn, by NumPy's Fourier transform and Runge and Kutta's method with an integrating
@@ -22,6 +23,9 @@ import numpy as np
 
 warnings.filterwarnings("ignore")
 THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.5)
+# The candidates of `sindy pde` for one field.
+POWERS = ("u", "(u^2)", "(u^3)")
+LIBRARY = ["u", "u^2", "u^3", *(p + "_" + d * "x" for p in POWERS for d in range(1, 5))]
 
 
 def korteweg_de_vries():
@@ -104,6 +108,56 @@ def with_noise(u, share, seed):
     return u + share * u.std() * np.random.default_rng(seed).standard_normal(u.shape)
 
 
+def correlated(u, level, memory, axis, random):
+    """Noise with this standard deviation, of which each sample is `memory` times its neighbour along `axis` and a part of its own."""
+    draws = np.moveaxis(random.standard_normal(u.shape), axis, 0)
+    for k in range(1, len(draws)):
+        draws[k] = memory * draws[k - 1] + (1 - memory**2) ** 0.5 * draws[k]
+    return u + level * np.moveaxis(draws, 0, axis)
+
+
+# Noise that is not white: name, share of the field's standard deviation, draws. Student's t has the share as its scale.
+NOISES = {
+    "memory 0.5 in time": (0.02, lambda u, level, random: correlated(u, level, 0.5, 0, random)),
+    "memory 0.8 in time": (0.03, lambda u, level, random: correlated(u, level, 0.8, 0, random)),
+    "memory 0.95 in time": (0.02, lambda u, level, random: correlated(u, level, 0.95, 0, random)),
+    "memory 0.8 in space": (0.02, lambda u, level, random: correlated(u, level, 0.8, 1, random)),
+    "Student's t, 3": (0.02, lambda u, level, random: u + level * random.standard_t(3, u.shape)),
+    "Student's t, 1.5": (0.01, lambda u, level, random: u + level * random.standard_t(1.5, u.shape)),
+}
+
+
+def coloured(command, seeds, fields):
+    """Noise that is not white. Of `none` results `u_t = 0` is one although a model of the front explains most."""
+    print("| field | noise | exact | silent | none | error |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for name, make in fields.items():
+        t, x, u, truth = make()
+        for noise, (share, draw) in NOISES.items():
+            rows = []
+            for seed in range(seeds):
+                found, doubted, _ = ours(command, t, x, draw(u, share * u.std(), np.random.default_rng(seed)))
+                exact, error = judge(found, truth)
+                rows.append((exact, not exact and not doubted, not found, error))
+            exact, silent, none, error = zip(*rows)
+            print(f"| {name} | {noise} | {sum(exact)}/{seeds} | {sum(silent)} | {sum(none)} | {np.median(error):.1e} |", flush=True)
+    print("\n| field | library | noise | warned | none |")
+    print("| --- | --- | --- | --- | --- |")
+    for name, make in fields.items():
+        t, x, u, truth = make()
+        for missing in truth:
+            library = [term for term in LIBRARY if term != missing]
+            for noise in ("none", *NOISES):
+                rows = []
+                for seed in range(seeds if noise != "none" else 1):
+                    share, draw = NOISES.get(noise, (0.0, None))
+                    noisy = draw(u, share * u.std(), np.random.default_rng(seed)) if draw else u
+                    found, doubted, _ = ours(command, t, x, noisy, library)
+                    rows.append((doubted, not found))
+                doubted, none = zip(*rows)
+                print(f"| {name} | without {missing} | {noise} | {sum(doubted)}/{len(rows)} | {sum(none)} |", flush=True)
+
+
 def judge(found, truth):
     """Whether the terms are the true ones, and the relative error of all coefficients (2-norm)."""
     names = set(found) | set(truth)
@@ -111,12 +165,13 @@ def judge(found, truth):
     return set(found) == set(truth), (error / sum(c**2 for c in truth.values())) ** 0.5
 
 
-def ours(command, t, x, u):
+def ours(command, t, x, u, library=()):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "field.npz"
         np.savez(path, t=t, x=x, u=u)
         begun = time.perf_counter()
-        run = subprocess.run([command, "--quiet", "--json", "pde", path], check=True, capture_output=True)
+        terms = [part for term in library for part in ("--term", term)]
+        run = subprocess.run([command, "--quiet", "--json", "pde", path, *terms], check=True, capture_output=True)
         spent = time.perf_counter() - begun
     found = json.loads(run.stdout)
     terms = {term["term"]: term["coefficient"] for term in found["equations"]["u"]}
@@ -151,13 +206,16 @@ def main():
         t, x, u, _ = kuramoto_sivashinsky()
         np.savez(sys.argv[2], t=t, x=x, u=with_noise(u, 0.05, 0))
         return
-    command, seeds = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3
-    print("| field | noise | exact here | silent | error here | exact PySINDy, best threshold | error | s here | s PySINDy, a fit |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     fields = {
         "Korteweg-de Vries": korteweg_de_vries, "Kuramoto-Sivashinsky": kuramoto_sivashinsky, "Burgers": burgers,
         "Fisher": fisher, "Allen-Cahn": allen_cahn,
     }
+    if sys.argv[1] == "--coloured":
+        coloured(sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 3, fields)
+        return
+    command, seeds = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3
+    print("| field | noise | exact here | silent | error here | exact PySINDy, best threshold | error | s here | s PySINDy, a fit |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for name, make in fields.items():
         t, x, u, truth = make()
         for share in (0.0, 0.01, 0.05, 0.2, 0.5):
