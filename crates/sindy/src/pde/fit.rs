@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::alternatives::HiddenTerm;
+use super::blocks::BlockCovariance;
 use super::system::WeakField;
 use crate::error::SindyError;
 use crate::identify::regress::{FRONT_NODES, best_subsets, relevant};
@@ -18,8 +19,12 @@ use crate::statistics::regression::{Refits, pseudo_inverse};
 const LEFT: f64 = 0.2;
 /// The share of a sum of squares that sums over windows lose to rounding.
 const ROUNDING: f64 = 1e-15;
+/// Terms that explain more than this share of the left side's sum of squares explain most of it.
+pub(super) const MOST: f64 = 0.5;
+/// A residual below this share of the left side is the error of sums and of the data's own digits.
+pub(super) const SMALL: f64 = 1e-4;
 /// A residual above that of the noise counts at this many standard deviations: a level of 1 %.
-const SURE: f64 = 2.326;
+pub(super) const SURE: f64 = 2.326;
 
 /// The equation of a field.
 pub(super) struct FieldFit {
@@ -28,8 +33,7 @@ pub(super) struct FieldFit {
     pub(super) estimate: Estimate,
     /// By term, the evidence for it.
     pub(super) evidence: Vec<f64>,
-    /// Independent windows less coefficients.
-    pub(super) degrees: f64,
+    pub(super) preferred: Preferred,
     /// The best subset of every size, with the bias of noise in them.
     pub(super) subsets: BestSubsets,
     /// The other candidates, the one that could contribute most first.
@@ -38,10 +42,19 @@ pub(super) struct FieldFit {
     pub(super) rivals: Vec<Vec<usize>>,
 }
 
+/// The best subset by the Bayesian criterion, of terms that need not be certain.
+pub(super) struct Preferred {
+    pub(super) terms: Vec<usize>,
+    /// Its share of the left side's sum of squares.
+    pub(super) explained: f64,
+}
+
 /// Coefficients of given terms.
 pub(super) struct Estimate {
     pub(super) coefficients: Vec<f64>,
     pub(super) std_errors: Vec<f64>,
+    /// Degrees of freedom of these errors: independent windows less coefficients, or blocks less one.
+    pub(super) degrees: f64,
     /// Root mean square of the residual over that which noise explains.
     pub(super) misfit: f64,
     /// Whether that is more than chance, at a level of 1 %.
@@ -50,10 +63,20 @@ pub(super) struct Estimate {
     pub(super) unexplained: f64,
     /// Root mean square of the residual.
     pub(super) residual: f64,
+    /// The sum of squares that noise does not explain.
+    beyond: f64,
     /// Whether the bias of noise was taken away.
     pub(super) corrected: bool,
     /// Twice the negative log-likelihood.
     cost: f64,
+}
+
+impl Estimate {
+    /// Whether the residual is noise, or less than half of what noise does not explain of the left side, `signal`. Terms that
+    /// are significant and explain less than that replace others that are not in the library.
+    fn explains_most(&self, signal: f64) -> bool {
+        !self.misses || self.beyond <= (1.0 - MOST) * signal
+    }
 }
 
 /// The search for the equations of all fields.
@@ -95,8 +118,16 @@ impl<'a> Search<'a> {
         let grams: Vec<Gram> = self.data.iter().map(|d| d.gram(&all, target)).collect();
         let total = Gram::total(&grams);
         let subsets = best_subsets(&total, FRONT_NODES)?;
-        let most = subsets.choose(&total, Criterion::Bic, Some(self.independent))?;
-        let most = most.fit.terms();
+        let preferred = subsets.choose(&total, Criterion::Bic, Some(self.independent))?;
+        let most = preferred.fit.terms();
+        let preferred = Preferred {
+            terms: all
+                .iter()
+                .copied()
+                .filter(|&j| preferred.fit.support[j])
+                .collect(),
+            explained: 1.0 - preferred.fit.residual_sum / total.yty.max(f64::MIN_POSITIVE),
+        };
         let mut refits = Refits::new(&total, Arc::default());
         let mut starts: Vec<Vec<usize>> = Vec::new();
         for start in subsets.sizes.iter().filter(|s| s.fit.terms() <= most) {
@@ -113,6 +144,8 @@ impl<'a> Search<'a> {
                 found.push((terms, estimate));
             }
         }
+        let of_noise = self.noise[(target, target)];
+        found.retain(|(terms, e)| terms.is_empty() || e.explains_most(total.yty - of_noise));
         let score = |(terms, estimate): &(Vec<usize>, Estimate)| {
             let score = estimate.cost + self.penalty() * terms.len() as f64;
             (!estimate.corrected, score)
@@ -128,9 +161,9 @@ impl<'a> Search<'a> {
             hidden: self.hidden(&terms, &estimate, target, &total),
             rivals: self.rivals(&terms, others, target, &total),
             evidence: self.evidence(&estimate),
-            degrees: self.degrees(terms.len()),
             terms,
             estimate,
+            preferred,
             subsets,
         })
     }
@@ -147,9 +180,8 @@ impl<'a> Search<'a> {
     fn evidence(&self, estimate: &Estimate) -> Vec<f64> {
         let terms = estimate.coefficients.iter().zip(&estimate.std_errors);
         let squares = terms.map(|(c, e)| (c / e.max(f64::MIN_POSITIVE)).powi(2));
-        let degrees = self.degrees(estimate.coefficients.len());
         squares
-            .map(|square| evidence_for(square, degrees, self.independent, self.candidates))
+            .map(|square| evidence_for(square, estimate.degrees, self.independent, self.candidates))
             .collect()
     }
 
@@ -188,7 +220,7 @@ impl<'a> Search<'a> {
     /// ```
     ///
     /// with N and n the sums of the noise's covariances and S that of the scores. Where the residual is larger than the noise
-    /// explains, errors grow with it, and are at least those of a residual that lies along the term.
+    /// explains, errors grow with it, and are at least those that scores show by their scatter between distant blocks of windows.
     fn estimate(&self, terms: &[usize], target: usize, total: &Gram) -> Estimate {
         let normal = NormalEquations::new(terms, target, total, &self.noise);
         let coefficients = normal.coefficients();
@@ -202,23 +234,31 @@ impl<'a> Search<'a> {
         let misses = square > 1.0 + SURE * (2.0 / self.independent).sqrt();
 
         let own: Vec<usize> = (0..terms.len()).collect();
-        let spread = normal.spread(&self.score_covariance(terms, &residual), &own);
+        let white = normal.spread(&self.score_covariance(terms, &residual), &own);
+        let unexplained = (left / total.yty.max(f64::MIN_POSITIVE)).sqrt();
+        let blocks = BlockCovariance::new(self.data, terms, &residual)
+            .filter(|_| misses && unexplained > SMALL);
+        let seen = blocks.as_ref().map(|b| normal.spread(&b.covariance, &own));
         let error = |a: usize| {
-            let own = spread[(a, a)].max(0.0) * square.max(1.0);
-            let along = if misses {
-                left * normal.inverse[(a, a)].max(0.0)
-            } else {
-                0.0
+            let white = white[(a, a)].max(0.0) * square.max(1.0);
+            let seen = match &seen {
+                Some(seen) => seen[(a, a)],
+                // The error of sums and digits is no noise, and some windows are too few for blocks: a residual along the term.
+                None if misses => left * normal.inverse[(a, a)].max(0.0),
+                None => 0.0,
             };
-            own.max(along).sqrt() / normal.scale[a]
+            white.max(seen).sqrt() / normal.scale[a]
         };
+        let degrees = self.degrees(terms.len());
         Estimate {
+            degrees: blocks.map_or(degrees, |b| b.degrees.min(degrees)),
             std_errors: (0..terms.len()).map(error).collect(),
             coefficients,
             misfit: square.sqrt(),
             misses,
-            unexplained: (left / total.yty.max(f64::MIN_POSITIVE)).sqrt(),
+            unexplained,
             residual: (left / total.rows.max(1) as f64).sqrt(),
+            beyond: left - expected,
             corrected: normal.corrected,
             cost,
         }

@@ -3,7 +3,9 @@
 use serde::Serialize;
 
 use super::bridge::bridged;
+use super::colour::NoiseColour;
 use super::data::{Axis, FieldData};
+use super::doubts::doubts;
 use super::fit::{FieldFit, Search};
 use super::model::{FieldEquation, FoundTerm, left};
 use super::moments::NoisyFields;
@@ -24,12 +26,6 @@ const LINES: usize = 24;
 const SPECTRUM: usize = 48;
 /// The least half-width that is chosen, in steps: sums approximate integrals of the derivatives of the test function.
 const STEPS: f64 = 12.0;
-/// A residual below this share of the left side is the error of sums and of the data's own digits.
-const SMALL: f64 = 1e-4;
-/// A term that could contribute more than this share of the left side matters.
-const HIDES: f64 = 0.1;
-/// Hidden terms that are named, at most.
-const NAMED: usize = 3;
 /// Independent windows for each candidate below which terms are chosen from too little.
 const FEW: f64 = 2.0;
 
@@ -157,7 +153,7 @@ impl IdentifyField {
                 "{filled} of {points} samples are missing: each was filled from its neighbours, and standard errors ignore that"
             ));
         }
-        let variances = data.iter().map(variances).collect::<Result<Vec<_>, _>>()?;
+        let noise = data.iter().map(noise).collect::<Result<Vec<_>, _>>()?;
         let windows = data
             .iter()
             .map(|d| self.windows(d))
@@ -169,10 +165,14 @@ impl IdentifyField {
         let quantities: Vec<Quantity> = terms.chain((0..fields).map(of_field)).collect();
         let weak: Vec<WeakField<'_>> = data
             .iter()
-            .zip(&variances)
+            .zip(&noise)
             .zip(&windows)
-            .map(|((data, variances), windows)| {
-                let fields = NoisyFields { data, variances };
+            .map(|((data, (variances, correlations)), windows)| {
+                let fields = NoisyFields {
+                    data,
+                    variances,
+                    correlations,
+                };
                 WeakField::new(fields, windows.clone(), quantities.clone())
             })
             .collect();
@@ -195,7 +195,7 @@ impl IdentifyField {
             let fit = search.find(candidates + f)?;
             let equation = self.equation(data[0].axes()[0].name(), f, &fit);
             warnings.extend(doubts(&equation, &fit, &self.library.names()));
-            let mean = variances.iter().map(|v| v[f]).sum::<f64>() / variances.len() as f64;
+            let mean = noise.iter().map(|n| n.0[f]).sum::<f64>() / noise.len() as f64;
             fits.push(self.quality(&fit, mean.sqrt()));
             equations.push(equation);
         }
@@ -267,7 +267,7 @@ impl IdentifyField {
         let estimate = &fit.estimate;
         let term = |(a, &j): (usize, &usize)| {
             let (coefficient, std_error) = (estimate.coefficients[a], estimate.std_errors[a]);
-            let half = student_95(fit.degrees) * std_error;
+            let half = student_95(estimate.degrees) * std_error;
             let of: FieldTerm = self.library.terms[j].clone();
             FoundTerm {
                 term: self.library.name(&of),
@@ -315,78 +315,27 @@ impl IdentifyField {
     }
 }
 
-/// Warnings of an equation.
-fn doubts(equation: &FieldEquation, fit: &FieldFit, names: &[String]) -> Vec<String> {
-    let (left, estimate) = (&equation.left, &fit.estimate);
-    let mut out = Vec::new();
-    if equation.terms.is_empty() {
-        out.push(format!(
-            "equation of {left}: no candidate explains it; what moves {} is not in the library, or is below the noise",
-            equation.field
-        ));
-        return out;
-    }
-    if !estimate.corrected {
-        out.push(format!(
-            "equation of {left}: the noise is too large for its bias to be taken away; coefficients are too small, by more \
-             than their intervals"
-        ));
-    }
-    let hidden: Vec<String> = fit
-        .hidden
+/// The variances of the fields' noise, and by axis its correlation 0, 1, 2, ... samples apart, the mean of all fields.
+fn noise(data: &FieldData) -> Result<(Vec<f64>, Vec<Vec<f64>>), SindyError> {
+    let white = variances(data)?;
+    let all: Vec<NoiseColour> = white
         .iter()
-        .filter(|hidden| hidden.share > HIDES)
-        .map(|hidden| {
-            format!(
-                "{} up to {:.0} %",
-                names[hidden.term],
-                100.0 * hidden.share.min(1.0)
-            )
-        })
+        .enumerate()
+        .map(|(field, white)| NoiseColour::new(data, field, *white))
         .collect();
-    if !hidden.is_empty() {
-        let more = hidden.len().saturating_sub(NAMED);
-        let rest = match more {
-            0 => String::new(),
-            more => format!(" and {more} more"),
+    let mean = |axis: usize| {
+        let lags = all.iter().map(|n| n.correlations[axis].len()).max();
+        let at = |lag: usize| {
+            let found = all.iter().filter_map(|n| n.correlations[axis].get(lag));
+            found.sum::<f64>() / all.len() as f64
         };
-        out.push(format!(
-            "equation of {left}: these data cannot exclude terms that are not in it, which could contribute {} of {left}{rest}",
-            hidden[..hidden.len().min(NAMED)].join(", ")
-        ));
-    }
-    if !fit.rivals.is_empty() {
-        let named = fit.rivals.iter().take(NAMED).map(|terms| {
-            let names: Vec<&str> = terms.iter().map(|&j| names[j].as_str()).collect();
-            format!("those of {}", names.join(", "))
-        });
-        out.push(format!(
-            "equation of {left}: other terms are about as likely: {}",
-            named.collect::<Vec<_>>().join("; ")
-        ));
-    }
-    if equation
-        .terms
-        .iter()
-        .all(|t| t.of.degree() == 1 && t.of.order() == 1)
-    {
-        out.push(format!(
-            "equation of {left}: waves that travel without a change of shape explain all: every equation that has such waves fits, \
-             and these data cannot tell which is true"
-        ));
-    }
-    if estimate.misses && estimate.unexplained > SMALL {
-        out.push(format!(
-            "equation of {left}: the residual is {:.1} times that of white noise, {:.1} % of {left}: a term is not in the library, \
-             or the noise is not white",
-            estimate.misfit,
-            100.0 * estimate.unexplained
-        ));
-    }
-    out
+        (0..lags.unwrap_or(1)).map(at).collect()
+    };
+    let correlations = (0..data.axes().len()).map(mean).collect();
+    Ok((all.iter().map(|n| n.variance).collect(), correlations))
 }
 
-/// The variance of each field's noise: along the axis that shows the least of it, which samples the field best.
+/// The variance of each field's noise if it is white: along the axis that shows the least of it, which samples the field best.
 fn variances(data: &FieldData) -> Result<Vec<f64>, SindyError> {
     (0..data.names().len())
         .map(|field| {

@@ -10,18 +10,21 @@
 //! One row for each box. **Windows**: along each axis the half-width at which the test function leaves a tenth of the
 //! amplitude at the frequency beyond which the spectrum is noise (the rule of the [weak form](crate::weak)), a quarter of it apart.
 //!
-//! **Noise.** Its level comes from differences ([`noise_level`](crate::derivative::noise_level)). Products are formed without bias (`u² - σ²`, `u³ - 3 σ² u`),
-//! and the covariance of the noise in terms and left side is taken from the normal equations, so that coefficients of the true
-//! terms have no bias by white noise. Standard errors follow from the noise in every sample and grow with the misfit.
+//! **Noise.** Its level comes from differences ([`noise_level`](crate::derivative::noise_level)). Differences along one axis also tell
+//! how much of the noise samples share that are neighbours along another, and by how much outliers raise its variance. Products are
+//! formed without bias (`u² - σ²`, `u³ - 3 σ² u`), and the covariance of the noise in terms and left side is taken from the normal
+//! equations, so that coefficients of the true terms have no bias by noise that is white along one axis at least. Standard errors
+//! follow from the noise in every sample and grow with the misfit. Where the residual is larger than the noise explains, they are at
+//! least those that the scatter of scores between distant parts of the grid gives, which holds for noise of other kinds too.
 //!
 //! **Terms.** The best subset by the Bayesian criterion over independent windows; then terms that are more likely absent
 //! than not leave one by one, each time with a new fit. Terms below the noise cannot be found: warnings tell which of them
 //! could contribute more than a tenth, which models are about as likely, and where a wave that travels without a change of
 //! shape is all that there is. Single missing samples are filled from their neighbours.
 //!
-//! **Valid** for grids with even steps, noise that is white and alike everywhere, coefficients that do not depend on place or
-//! time. Terms are derivatives of products: `u u_x` is `0.5 (u^2)_x`. Those that are no such derivative, as `u u_xx`, cannot be
-//! integrated by parts and are not among the candidates.
+//! **Valid** for grids with even steps, noise that is alike everywhere and white along one axis at least, coefficients that do not
+//! depend on place or time. Terms are derivatives of products: `u u_x` is `0.5 (u^2)_x`. Those that are no such derivative, as
+//! `u u_xx`, cannot be integrated by parts and are not among the candidates.
 //!
 //! ```
 //! use sindy::pde::{Axis, FieldData, FieldLibrary, IdentifyField};
@@ -44,8 +47,11 @@
 //! Science Advances 3 (2017); W. A. Fuller, "Measurement Error Models" (1987), for the correction.
 
 mod alternatives;
+mod blocks;
 mod bridge;
+mod colour;
 mod data;
+mod doubts;
 mod fit;
 mod identify;
 mod model;

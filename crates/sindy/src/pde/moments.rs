@@ -29,6 +29,8 @@ pub(super) struct NoisyFields<'a> {
     pub(super) data: &'a FieldData,
     /// Variances of the fields' noise.
     pub(super) variances: &'a [f64],
+    /// By axis, the correlation of noise 0, 1, 2, ... samples apart.
+    pub(super) correlations: &'a [Vec<f64>],
 }
 
 impl NoisyFields<'_> {
@@ -114,6 +116,7 @@ mod tests {
         let noisy = NoisyFields {
             data: &data,
             variances: &[0.25, 0.09],
+            correlations: &[vec![1.0], vec![1.0]],
         };
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
         let (a, b) = ([3, 1], [1, 2]);

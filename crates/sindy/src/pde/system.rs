@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::moments::NoisyFields;
 use super::term::FieldTerm;
-use super::window::AxisWindows;
+use super::window::{AxisWindows, convolved};
 use crate::statistics::gram::Gram;
 
 /// What stands on a side of the equation: derivatives in time and space of a product of the fields.
@@ -38,10 +38,10 @@ impl Quantity {
 /// A measured field under windows: one row for each window, in the unit of the quantity.
 pub(super) struct WeakField<'a> {
     fields: NoisyFields<'a>,
-    windows: Vec<AxisWindows>,
+    pub(super) windows: Vec<AxisWindows>,
     quantities: Vec<Quantity>,
     /// By quantity, the value in each window; NaN where a sample is missing.
-    columns: Vec<Vec<f64>>,
+    pub(super) columns: Vec<Vec<f64>>,
     /// Windows in which no sample is missing.
     pub(super) rows: usize,
 }
@@ -165,7 +165,8 @@ impl<'a> WeakField<'a> {
         kinds.sort_unstable();
         kinds.dedup();
         for kind in kinds {
-            let overlap = self.windows[axis].overlap(kind.0, kind.1);
+            let overlap =
+                self.windows[axis].overlap(kind.0, kind.1, &self.fields.correlations[axis]);
             let lines = values.chunks_exact(overlap.len());
             let summed: Vec<f64> = lines
                 .map(|line| line.iter().zip(&overlap).map(|(v, o)| v * o).sum())
@@ -225,14 +226,30 @@ impl<'a> WeakField<'a> {
                     influence
                 })
                 .collect();
+            let shared: Vec<Vec<f64>> = influence.iter().map(|i| self.correlated(i)).collect();
             for a in 0..s {
                 for b in a..s {
-                    let pairs = influence[a].iter().zip(&influence[b]);
+                    let pairs = influence[a].iter().zip(&shared[b]);
                     let sum = self.fields.variances[field] * pairs.map(|(x, y)| x * y).sum::<f64>();
                     out[(a, b)] += sum;
                     out[(b, a)] = out[(a, b)];
                 }
             }
+        }
+        out
+    }
+
+    /// The sum over all samples of their correlation with each, times `values`.
+    fn correlated(&self, values: &[f64]) -> Vec<f64> {
+        let mut out = values.to_vec();
+        let mut inner = 1;
+        for (axis, correlation) in self.fields.correlations.iter().enumerate().rev() {
+            let line = inner * self.fields.data.axes()[axis].points();
+            if correlation.len() > 1 {
+                let lines = out.par_chunks_mut(line);
+                lines.for_each(|l| l.copy_from_slice(&convolved(l, inner, correlation)));
+            }
+            inner = line;
         }
         out
     }

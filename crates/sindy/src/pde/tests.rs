@@ -6,6 +6,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 
+mod coloured;
+
 /// A field over `t` and `x`.
 fn field(t: (f64, usize), x: (f64, usize), u: impl Fn(f64, f64) -> f64) -> FieldData {
     let axes = vec![

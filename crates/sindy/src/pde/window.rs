@@ -65,12 +65,14 @@ impl AxisWindows {
         inside().map(|i| scale * derivative(order, at(i))).collect()
     }
 
-    /// `Σ_k w_a(i - k) w_b(i - k)` at every sample, for the weights of two orders.
-    pub(super) fn overlap(&self, a: u8, b: u8) -> Vec<f64> {
+    /// `Σ_k w_a(i - k) Σ_j ρ(i - j) w_b(j - k)` at every sample, for the weights of two orders and the correlation ρ of samples
+    /// 0, 1, 2, ... apart.
+    pub(super) fn overlap(&self, a: u8, b: u8, correlation: &[f64]) -> Vec<f64> {
+        let spread = convolved(&self.weights(b), 1, correlation);
         let products: Vec<f64> = self
             .weights(a)
             .iter()
-            .zip(self.weights(b))
+            .zip(spread)
             .map(|(a, b)| a * b)
             .collect();
         let mut out = vec![0.0; self.points];
@@ -120,6 +122,20 @@ impl AxisWindows {
         });
         out
     }
+}
+
+/// `Σ_j ρ(i - j) v_j` along a line of samples that are each `inner` values.
+pub(super) fn convolved(line: &[f64], inner: usize, correlation: &[f64]) -> Vec<f64> {
+    let mut out = line.to_vec();
+    for (lag, c) in correlation.iter().enumerate().skip(1) {
+        let by = (lag * inner).min(line.len());
+        let rest = line.len() - by;
+        let later = out[..rest].iter_mut().zip(&line[by..]);
+        later.for_each(|(o, v)| *o += c * v);
+        let earlier = out[by..].iter_mut().zip(&line[..rest]);
+        earlier.for_each(|(o, v)| *o += c * v);
+    }
+    out
 }
 
 /// The derivative of `(1 - ξ²)^p = (1 - ξ)^p (1 + ξ)^p` of an order up to p, by Leibniz's rule.
@@ -179,11 +195,11 @@ mod tests {
     #[test]
     fn prop_overlaps_are_sums_over_windows() {
         let windows = AxisWindows::new(30, 0.5, 5);
-        let sum: f64 = windows.overlap(1, 2).iter().sum();
+        let sum: f64 = windows.overlap(1, 2, &[1.0]).iter().sum();
         let weights = windows.weights(1).into_iter().zip(windows.weights(2));
         let one: f64 = weights.map(|(a, b)| a * b).sum();
         assert!((sum - one * windows.count as f64).abs() < 1e-12);
-        let inside = windows.overlap(0, 0)[15];
+        let inside = windows.overlap(0, 0, &[1.0])[15];
         assert!(inside > 0.0);
     }
 }
