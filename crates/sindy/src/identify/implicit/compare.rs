@@ -32,6 +32,15 @@ pub(super) enum Sought {
     Relation(Box<(Candidates, Rows)>),
 }
 
+/// Which terms a fit keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Terms {
+    /// Those that are worth their penalty.
+    Worthwhile,
+    /// All, for the odds of a relation that is larger than it has to be.
+    All,
+}
+
 /// The comparison of relations.
 pub(super) struct Comparison<'a, 'd> {
     pub run: &'a IdentificationRun<'d>,
@@ -109,16 +118,17 @@ impl<'d> Comparison<'_, 'd> {
         &self,
         relations: &[Option<Relation>],
         least: f64,
+        terms: Terms,
     ) -> Result<Option<Followed>, SindyError> {
         let mut at = self.held_at_largest(relations);
         let mut best: Option<Followed> = None;
         let mut moved = f64::INFINITY;
         for _ in 0..ROUNDS {
             let linear = self.linear(&at, false)?;
-            let Some(fit) = self.fit(&at, &linear)? else {
+            let Some(fit) = self.fit(&at, &linear, terms)? else {
                 break;
             };
-            let terms = fit.coefficients.iter().filter(|c| **c != 0.0).count();
+            let count = fit.coefficients.iter().filter(|c| **c != 0.0).count();
             let dearer = self.dearer(fit.coefficients.len());
             let Some(next) = self.moved(&at, &linear, &fit.coefficients) else {
                 break;
@@ -132,10 +142,10 @@ impl<'d> Comparison<'_, 'd> {
             moved = all
                 .map(|((now, before), error)| (now - before).abs() / error.max(f64::MIN_POSITIVE))
                 .fold(0.0, f64::max);
-            let score = fit.score + terms as f64 * dearer;
+            let score = fit.score + count as f64 * dearer;
             best = Some(Followed {
                 score,
-                misfit: fit.score - terms as f64 * fit.penalty,
+                misfit: fit.score - count as f64 * fit.penalty,
                 relations: next.clone(),
             });
             at = self.held_at_largest(&next);
@@ -174,6 +184,7 @@ impl<'d> Comparison<'_, 'd> {
         &self,
         at: &[Option<Relation>],
         linear: &[Option<Linear>],
+        terms: Terms,
     ) -> Result<Option<OutputErrorFit>, SindyError> {
         let run = self.run;
         let system = self.system(&self.libraries(linear))?;
@@ -200,7 +211,10 @@ impl<'d> Comparison<'_, 'd> {
         let limits = output_error::Settings {
             growth: run.settings.growth,
             iterations: run.settings.iterations.min(ITERATIONS),
-            penalty: run.settings.penalty * (1.0 + self.dearer(size) / unit),
+            penalty: match terms {
+                Terms::Worthwhile => run.settings.penalty * (1.0 + self.dearer(size) / unit),
+                Terms::All => 0.0,
+            },
             longest: usize::MAX,
             first_arc: output_error::FIRST_ARC,
             relevance: run.settings.relevance,

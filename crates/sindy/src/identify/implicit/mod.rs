@@ -20,7 +20,8 @@
 //!
 //!    is linear in ξ and η, and [output error](crate::trajectory::output_error) fits it. At its solution D and N are taken anew,
 //!    until coefficients move by less than a twentieth of a standard error: a fit of N/D with the exact likelihood. All relations of
-//!    an equation, the others being the best, and then all candidates at the best, are compared by the extended Bayesian criterion.
+//!    an equation, the others being the best, then those with one term exchanged or one more than the best, and all candidates at
+//!    the best, are compared by the extended Bayesian criterion.
 //! 4. **Result.** The best is fitted once more on all rows, with the tests, the handling of noise that is not white and the
 //!    warnings of [`identify`](crate::identify). The first term of each denominator has the coefficient 1.
 //!
@@ -57,6 +58,7 @@
 //! "Inferring biological networks by sparse identification of nonlinear dynamics", IEEE Transactions on Molecular, Biological and
 //! Multi-Scale Communications 2 (2016); H. G. Bock, "Recent advances in parameter identification techniques for ODE" (1983).
 
+mod choose;
 mod compare;
 mod doubts;
 mod nested;

@@ -1,10 +1,10 @@
 //! From chosen relations to the result: standard errors, model, warnings.
 
+use super::choose::Choice;
 use super::compare::{Comparison, NEAR, Sought};
 use super::doubts::{alternatives, points};
 use super::relation::{Candidates, Linear, Place, Relation, readable};
 use super::result::{ComparedRelation, ImplicitIdentification, RationalEquation, RationalTerm};
-use super::run::Choice;
 use crate::error::SindyError;
 use crate::identify::{Identification, Progress};
 use crate::library::Library;

@@ -20,6 +20,8 @@ const MOST: usize = 9;
 const KEPT: usize = 5;
 /// Relations that fit as well, beside them.
 const RIVALS: usize = 8;
+/// Relations with one term more and with one exchanged that are compared by trajectories, at most.
+const NEIGHBOURS: usize = 3;
 /// Scores that are worse than the best by more are not compared by trajectories.
 const BEYOND: f64 = 80.0;
 
@@ -114,6 +116,73 @@ fn over(
         ));
     }
     Ok(out)
+}
+
+/// Relations with one term more than this one, fitted under the windows, the nearest to the slopes first.
+///
+/// Under windows, noise can hide what the term is worth on trajectories. Nor does the relation to first order show it where other
+/// coefficients move far when the term comes in, as those of a Hill function do with a rate at zero.
+pub(super) fn enlarged(rows: &Rows, candidates: &Candidates, relation: &Relation) -> Vec<Relation> {
+    let found = nearest(rows, candidates, with_another(candidates, relation));
+    let all = found.into_iter().filter(|f| f.contains(relation));
+    all.take(NEIGHBOURS).collect()
+}
+
+/// Relations with one term exchanged for another on the same side, likewise: of each denominator, [`relations`] has only the best.
+pub(super) fn exchanged(
+    rows: &Rows,
+    candidates: &Candidates,
+    relation: &Relation,
+) -> Vec<Relation> {
+    let mut starts = Vec::new();
+    for larger in with_another(candidates, relation) {
+        // The side that has grown loses one of its old terms; a denominator keeps the one that is held at 1.
+        let (above, below) = (relation.numerator.len(), relation.denominator.len());
+        if larger.numerator.len() > above {
+            starts.extend((0..above).map(|old| {
+                let mut one = larger.clone();
+                one.numerator.remove(old);
+                one
+            }));
+        } else {
+            starts.extend((1..below).map(|old| {
+                let mut one = larger.clone();
+                one.denominator.remove(old);
+                one
+            }));
+        }
+    }
+    let found = nearest(rows, candidates, starts);
+    let all = found.into_iter().filter(|f| f.free() == relation.free());
+    all.take(NEIGHBOURS).collect()
+}
+
+/// The relation with each further candidate, at 0.
+fn with_another(candidates: &Candidates, relation: &Relation) -> Vec<Relation> {
+    let has = |terms: &[(usize, f64)], j: usize| terms.iter().any(|t| t.0 == j);
+    let above = (0..candidates.numerator.len()).filter(|j| !has(&relation.numerator, *j));
+    let above = above.map(|j| {
+        let mut with = relation.clone();
+        with.numerator.push((j, 0.0));
+        with
+    });
+    let below = (0..candidates.denominator.len()).filter(|k| !has(&relation.denominator, *k));
+    let below = below.map(|k| {
+        let mut with = relation.clone();
+        with.denominator.push((k, 0.0));
+        with
+    });
+    above.chain(below).collect()
+}
+
+/// Relations fitted under the windows, the nearest to the slopes first.
+fn nearest(rows: &Rows, candidates: &Candidates, starts: Vec<Relation>) -> Vec<Relation> {
+    let fitted = starts.iter().map(|start| rows.fitted(start));
+    let mut found: Vec<(Relation, f64)> = fitted.filter(|f| f.1.is_finite()).collect();
+    found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let all = found.into_iter();
+    all.map(|(relation, _)| relation.reduced(candidates))
+        .collect()
 }
 
 /// The best relations, and those with other terms that fit as well with at most one coefficient more.

@@ -122,6 +122,30 @@ fn analytic_a_hill_switch_is_found() {
 }
 
 #[test]
+fn regress_a_term_without_which_all_coefficients_differ_is_found() {
+    // Without the term x, the best relation has coefficients of which none is near to the true ones.
+    let case = Case {
+        states: &["x"],
+        slopes: &["0.2 + 1.5*x^2/(0.4 + x^2) - x"],
+        starts: &[&[2.5], &[0.6], &[0.02], &[1.5], &[0.3]],
+        step: 0.04,
+        rows: 200,
+    };
+    let mut exact = 0;
+    for seed in 0..4 {
+        let found = find(&case.data(0.02, seed), (3, 2)).unwrap();
+        let equation = &found.equations[0];
+        let above = [("1", 0.2), ("x", -1.0), ("x^2", 4.25), ("x^3", -2.5)];
+        let above = are(&equation.numerator, &above);
+        let right = above && are(&equation.denominator, &[("1", 1.0), ("x^2", 2.5)]);
+        assert!(right || !found.warnings.is_empty(), "{seed}: {equation:?}");
+        exact += usize::from(right);
+    }
+    // The gain of the term is 80 at noise of 0.01, with a standard deviation of 18.
+    assert!(exact >= 3, "{exact}");
+}
+
+#[test]
 fn analytic_both_equations_of_predator_and_prey_are_found_and_run() {
     let found = find(&PREY.data(0.01, 2), (3, 1)).unwrap();
     let [prey, predator] = found.equations.as_slice() else {
