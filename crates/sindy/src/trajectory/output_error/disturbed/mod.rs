@@ -53,6 +53,9 @@ use filter::{Filter, Pass};
 /// Distance of two estimates of the variances that are the same ([`variances::distance`]): it changes the filter's gain by a few
 /// percent.
 const SAME_VARIANCE: f64 = 0.1;
+/// Twice the logarithm of the likelihood by which estimates of the variances are the same, however far apart: odds of e^½ = 1.6. A
+/// variance that is zero has no logarithm to settle at.
+const SAME_LIKELIHOOD: f64 = 1.0;
 
 /// What acts on a disturbed system and its measurement, as variances.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,7 +154,8 @@ pub(crate) fn search(
         if settled && !settled_noise {
             let next = state.next_noise(&total, (settings, start));
             settled_noise = choice::is_same(&state.noise, &next)
-                && variances::distance(&next, &state.noise, &state.records) < SAME_VARIANCE;
+                && (variances::distance(&next, &state.noise, &state.records) < SAME_VARIANCE
+                    || state.gain(&total, &next) < SAME_LIKELIHOOD);
             state.noise = next;
             total = state.total()?;
         } else if !settled {
@@ -244,6 +248,13 @@ impl Disturbed<'_> {
         };
         let finite = sums.iter().all(|v| v.is_finite());
         (finite && total.values > 0).then_some(total)
+    }
+
+    /// What other variances gain: twice the logarithm of the likelihood.
+    fn gain(&self, total: &Total, next: &Disturbance) -> f64 {
+        let passes: Vec<_> = self.records.iter().zip(&total.passes).collect();
+        let cost = |noise| variances::cost(&passes, noise, variances::ROWS);
+        cost(&self.noise) - cost(next)
     }
 
     fn estimate(&self, total: &Total, range: variances::Range) -> Disturbance {

@@ -7,7 +7,7 @@ use crate::trajectory::output_error::Start;
 use crate::trajectory::output_error::record::Record;
 
 /// Rows that the likelihood looks at, at most: they give a variance to 3 %.
-const ROWS: usize = 4000;
+pub(super) const ROWS: usize = 4000;
 /// Widths to which logarithms are narrowed: of what a step leaves, and of the odds between its parts.
 const NARROW_TOTAL: f64 = 0.05;
 const NARROW_ODDS: f64 = 0.2;
