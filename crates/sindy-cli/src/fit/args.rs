@@ -17,8 +17,8 @@ use crate::table::args::name;
 /// from the data; no option but --states is needed. Each file is a trajectory, unless --trajectory splits it.
 ///
 /// Columns may have rates of their own: a cell is empty where its column was not measured. Each state is smoothed at its own times and
-/// compared where it was measured, and inputs are interpolated. Up to three lost values in succession are bridged. Longer gaps split
-/// the trajectory, and so does every empty cell with --discrete or --stream.
+/// compared where it was measured, and inputs are interpolated. Up to three lost values in succession are bridged, and more where
+/// values are often lost. Longer gaps split the trajectory, and so does every empty cell with --discrete or --stream.
 #[derive(Args, Debug)]
 #[command(after_help = FIT_EXAMPLES)]
 pub(crate) struct FitArgs {

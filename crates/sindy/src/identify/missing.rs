@@ -1,7 +1,8 @@
 //! Rows in which a state was not measured.
 //!
-//! Lost one by one, they leave stretches too short for slopes if each of them ends one. Where a row lacks some states only, as where
-//! they are measured at different rates, the others count.
+//! Lost one by one, they leave stretches too short for slopes if each of them ends one. Few of them are bridged. Where they are usual,
+//! lines through them would be smoother than the noise, so that states are taken at their own times: a row without any value is as
+//! good as none. Where a row lacks some states only, as where they are measured at different rates, the others count.
 
 use super::inputs;
 use super::settings::Between;
@@ -9,6 +10,41 @@ use crate::data::dataset::sampling::{pick, rows};
 use crate::data::dataset::{Dataset, Sampling, Stretch, Trajectory};
 use crate::error::SindyError;
 use crate::model::Interpolation;
+
+/// The data without rows that hold no value, where such rows are usual or cannot be bridged, and a warning that says how many; `None`
+/// elsewhere. What is left has uneven times.
+pub(super) fn without_empty_rows(data: &Dataset) -> Result<Option<(Dataset, String)>, SindyError> {
+    let bridged = data.inputs().is_empty();
+    let trajectories = data.trajectories().iter();
+    let kept: Vec<Option<Vec<usize>>> = trajectories.map(|t| not_empty(t, bridged)).collect();
+    if kept.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let mut out = Dataset::new(data.states(), data.inputs())?;
+    for (t, kept) in data.trajectories().iter().zip(&kept) {
+        let of = |values: &Vec<f64>| pick(values, kept.as_deref()).into_owned();
+        let columns = t.columns.iter().map(of).collect();
+        let weights = t.weights.as_ref().map(of);
+        out.push(t.name.clone(), of(&t.time), columns, weights)?;
+    }
+    let rows = data.report().rows;
+    let empty = rows - out.report().rows;
+    let warning = format!(
+        "{empty} of {rows} rows hold no value and are left out: the others count at their own times"
+    );
+    Ok(Some((out, warning)))
+}
+
+/// The rows that hold any value; `None` where all do, or few do not and these are `bridged`.
+fn not_empty(trajectory: &Trajectory, bridged: bool) -> Option<Vec<usize>> {
+    let holds = |row: usize| trajectory.columns.iter().any(|c| !c[row].is_nan());
+    let all = Sampling::at((0..trajectory.time.len()).map(holds).collect());
+    let kept = rows(&all.seen);
+    let weights = trajectory.weights.as_ref();
+    let count = weights.is_none_or(|w| kept.iter().any(|row| w[*row] > 0.0));
+    let few = all.seen.len() - kept.len();
+    (count && (all.uneven || (few > 0 && !bridged))).then_some(kept)
+}
 
 /// The data with no weight on rows that lack all states, which are bridged where they are few in succession, and a warning
 /// that says how many; `None` where there are none. Rows that lack an input stay missing, for nothing drives the model there.
@@ -53,18 +89,29 @@ const FEWEST: usize = 10;
 /// # Errors
 /// A state of fewer than 10 values.
 pub fn aligned(data: &Dataset, between: Between) -> Result<Option<Dataset>, SindyError> {
-    Ok(by_state(data, between)?.map(|(aligned, _)| aligned))
+    Ok(match data.lacks_single_values() {
+        true => Some(by_state(data, between)?.0),
+        false => None,
+    })
 }
 
-/// The same, with warnings that say how many values there are of each state, and which inputs are hardly known between theirs. Each
-/// state is compared where it was measured.
+/// Whether states are taken by themselves, each at its own times: where values are missing one by one, and where rows that lack all
+/// states are usual.
+pub(super) fn is_by_state(data: &Dataset) -> bool {
+    let states = data.states().len();
+    let mut columns = data
+        .trajectories()
+        .iter()
+        .flat_map(|t| &t.columns[..states]);
+    data.lacks_single_values() || columns.any(|c| Sampling::of(c).uneven)
+}
+
+/// The data with likely values where a row lacks states or an input, with warnings that say how many values there are of each state,
+/// and which inputs are hardly known between theirs. Each state is compared where it was measured.
 pub(super) fn by_state(
     data: &Dataset,
     between: Between,
-) -> Result<Option<(Dataset, Vec<String>)>, SindyError> {
-    if !data.lacks_single_values() {
-        return Ok(None);
-    }
+) -> Result<(Dataset, Vec<String>), SindyError> {
     let mut rough = vec![false; data.inputs().len()];
     let n = data.states().len();
     let mut out = Dataset::new(data.states(), data.inputs())?;
@@ -117,7 +164,7 @@ pub(super) fn by_state(
         )
     });
     let warnings = std::iter::once(warning).chain(unknown).collect();
-    Ok(Some((out, warnings)))
+    Ok((out, warnings))
 }
 
 /// Writes values into the rows that lack an input with a rate of its own, by what it is between its samples; whether these hardly show

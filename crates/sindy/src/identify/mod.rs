@@ -17,7 +17,8 @@
 //!
 //! Its steps, in order, without any setting:
 //!
-//! 1. gives rows that lack a state no weight, sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
+//! 1. gives rows that lack a state no weight, or takes each state at its own times where more than one in twenty of its samples
+//!    is followed by such rows; sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
 //!    sees what inputs are between their samples (held, linear, cubic), estimates each state's noise, and smooths with a
 //!    strength taken from the data, where most of them rest from the part that moves, and over the number of the row where
 //!    steps of time run over orders of magnitude;
@@ -149,16 +150,8 @@ impl Identify {
     ) -> Result<Cow<'d, Dataset>, SindyError> {
         let mut data = Cow::Borrowed(data);
         // In discrete time nothing may be bridged: the bridge would be the next sample.
-        if !self.settings.discrete
-            && let Some((aligned, said)) = missing::by_state(&data, self.settings.inputs_between)?
-        {
-            warnings.extend(said);
-            data = Cow::Owned(aligned);
-        } else if !self.settings.discrete
-            && let Some((bridged, warning)) = missing::without_weight(&data)?
-        {
-            warnings.push(warning);
-            data = Cow::Owned(bridged);
+        if !self.settings.discrete {
+            data = self.complete(data, warnings)?;
         }
         if !self.settings.discrete
             && self.settings.outliers
@@ -170,6 +163,28 @@ impl Identify {
         size::check(&data)?;
         if !self.settings.second_order.is_empty() {
             data = Cow::Owned(with_velocities(&data, &self.settings.second_order)?);
+        }
+        Ok(data)
+    }
+
+    /// The data with something in every row: others are left out, or are between measured values.
+    fn complete<'d>(
+        &self,
+        mut data: Cow<'d, Dataset>,
+        warnings: &mut Vec<String>,
+    ) -> Result<Cow<'d, Dataset>, SindyError> {
+        if let Some((left, warning)) = missing::without_empty_rows(&data)? {
+            warnings.push(warning);
+            data = Cow::Owned(left);
+        }
+        if missing::is_by_state(&data) {
+            let (aligned, said) = missing::by_state(&data, self.settings.inputs_between)?;
+            warnings.extend(said);
+            return Ok(Cow::Owned(aligned));
+        }
+        if let Some((bridged, warning)) = missing::without_weight(&data)? {
+            warnings.push(warning);
+            data = Cow::Owned(bridged);
         }
         Ok(data)
     }
@@ -186,7 +201,10 @@ impl Identify {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
         let mut found = self.with_run(data, |run| run.go(progress))?;
-        if !data.has_own_rates() {
+        let left_out = data.report().rows - found.data.rows;
+        found.data.rows += left_out;
+        found.data.missing_rows += left_out;
+        if left_out == 0 && !data.has_own_rates() {
             // As they were given, before rows were bridged.
             found.data = data.report();
         }

@@ -1,7 +1,7 @@
 //! Gross errors in single samples of the states, before anything is fitted.
 
 use crate::data::dataset::Dataset;
-use crate::data::dataset::sampling::{pick, rows};
+use crate::data::dataset::sampling::pick;
 use crate::derivative::spikes;
 use crate::error::SindyError;
 
@@ -17,9 +17,8 @@ pub(super) fn set_aside(data: &Dataset) -> Result<Option<(Dataset, Vec<String>)>
         let before = values.len();
         let mut places = Vec::new();
         for (index, trajectory) in data.trajectories().iter().enumerate() {
-            let own = trajectory.sampling().get(i);
             for range in trajectory.ranges() {
-                let own = own.map(|s| rows(s.part(range.clone()).rows));
+                let own = trajectory.measured_rows(i, range);
                 let time = pick(&trajectory.time[range.clone()], own.as_deref());
                 let column = pick(&trajectory.columns[i][range.clone()], own.as_deref());
                 for spike in spikes(&time, &column)? {
@@ -105,6 +104,27 @@ mod tests {
                 .count();
             assert_eq!(said, problem.states.len(), "{:?}", found.warnings);
         }
+    }
+
+    #[test]
+    fn analytic_lines_through_lost_rows_are_no_outliers() {
+        // Without noise a straight line is far off the signal.
+        let problem = problems::van_der_pol();
+        let clean = data_of(&problem, 0.0, 1);
+        let mut data = Dataset::new(&problem.states, &problem.inputs).unwrap();
+        for t in clean.trajectories() {
+            let mut columns = t.columns.clone();
+            for column in &mut columns {
+                (30..t.time.len())
+                    .step_by(41)
+                    .for_each(|row| column[row] = f64::NAN);
+            }
+            data.push("run", t.time.clone(), columns, None).unwrap();
+        }
+        let identify = Identify::new(problem.library().unwrap());
+        let said = identify.run(&data, &mut quiet()).unwrap().warnings;
+        assert!(!said.iter().any(|w| w.contains("outliers")), "{said:?}");
+        assert!(said.iter().any(|w| w.contains("straight lines")));
     }
 
     #[test]

@@ -59,6 +59,13 @@ impl Trajectory {
     pub(crate) fn sampling(&self) -> &[Sampling] {
         &self.sampling
     }
+
+    /// The rows of a range that hold a measured value of a state and have weight, counted from its first; `None` where all do.
+    pub(crate) fn measured_rows(&self, state: usize, range: &Range<usize>) -> Option<Vec<usize>> {
+        let seen = self.sampling.get(state).map(|s| &s.seen[range.clone()]);
+        let weights = self.weights.as_ref().map(|w| &w[range.clone()]);
+        sampling::measured(range.len(), seen, weights)
+    }
 }
 
 /// A stretch of a trajectory without gaps.
@@ -91,7 +98,7 @@ impl Stretch<'_> {
     pub(crate) fn part(&self, range: Range<usize>) -> Self {
         let seen = self.seen.iter().map(|s| Seen {
             rows: &s.rows[range.clone()],
-            slow: s.slow,
+            ..*s
         });
         Self {
             trajectory: self.trajectory,
@@ -107,9 +114,15 @@ impl Stretch<'_> {
         self.seen.iter().any(|s| s.slow)
     }
 
-    /// The rows in which a state with a rate of its own is measured; `None` of others, which are smoothed over all rows.
+    /// The rows that hold a measured value of a state and have weight; `None` where all do.
+    pub(crate) fn measured_rows(&self, state: usize) -> Option<Vec<usize>> {
+        let seen = self.seen.get(state).map(|s| s.rows);
+        sampling::measured(self.time.len(), seen, self.weights)
+    }
+
+    /// The rows in which a state is measured whose holes are usual; `None` of others, which are smoothed over all rows.
     pub(crate) fn own_rows(&self, state: usize) -> Option<Vec<usize>> {
-        let seen = self.seen.get(state).filter(|s| s.slow)?;
+        let seen = self.seen.get(state).filter(|s| s.uneven)?;
         Some(sampling::rows(seen.rows))
     }
 }

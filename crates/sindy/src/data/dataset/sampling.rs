@@ -8,13 +8,19 @@ use crate::numerics::{hermite, spline_slopes};
 
 use super::bridge::BRIDGED;
 
+/// Holes after more than this share of the samples are usual. [`GapSettings::usual`] takes as many long steps of time for uneven
+/// sampling.
+const USUAL: f64 = 0.05;
+
 /// The rows of one trajectory that hold a measured value of a state.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sampling {
     /// By row.
     pub seen: Vec<bool>,
-    /// Whether the state has a rate of its own, and is smoothed at its own times. Otherwise it is measured in nearly every row.
+    /// Whether the state has a rate of its own: holes follow more than half of its samples.
     pub slow: bool,
+    /// Whether holes are usual, so that it is smoothed at its own times. Otherwise it is measured in nearly every row.
+    pub uneven: bool,
 }
 
 /// The same of a stretch.
@@ -22,23 +28,29 @@ pub(crate) struct Sampling {
 pub(crate) struct Seen<'a> {
     pub rows: &'a [bool],
     pub slow: bool,
+    pub uneven: bool,
 }
 
 impl Sampling {
     /// Of a column with NaN where nothing is measured.
     pub(crate) fn of(column: &[f64]) -> Self {
-        let seen: Vec<bool> = column.iter().map(|v| !v.is_nan()).collect();
+        Self::at(column.iter().map(|v| !v.is_nan()).collect())
+    }
+
+    /// Measured in these rows.
+    pub(crate) fn at(seen: Vec<bool>) -> Self {
         let rows = rows(&seen);
         let apart = rows.windows(2).filter(|w| w[1] - w[0] > 1).count();
         Self {
             slow: 2 * apart > rows.len(),
+            uneven: apart as f64 > USUAL * rows.len() as f64,
             seen,
         }
     }
 
     /// Writes what is likely between the measured values: the cubic spline through those around. Nothing is written before the first
-    /// and after the last, and in gaps: between samples of a state with a rate of its own that are far apart for it, and over more
-    /// than three rows of others.
+    /// and after the last, and in gaps: between samples that are far apart for this state where holes are usual, and over more than
+    /// three rows elsewhere.
     pub(crate) fn fill(&self, time: &[f64], column: &mut [f64]) -> Result<(), SindyError> {
         let own = rows(&self.seen);
         let times: Vec<f64> = own.iter().map(|&r| time[r]).collect();
@@ -46,7 +58,7 @@ impl Sampling {
             return Ok(());
         }
         let longest = GapSettings::usual(&times, 1)?.longest(&times);
-        let is_gap = |a: usize, b: usize| match self.slow {
+        let is_gap = |a: usize, b: usize| match self.uneven {
             true => time[b] - time[a] > longest,
             false => b - a > BRIDGED + 1,
         };
@@ -73,12 +85,12 @@ impl Sampling {
         Ok(())
     }
 
-    /// Takes a row from those that are measured. Of a state with a rate of its own a straight line bridges it.
+    /// Takes a row from those that are measured. Of a state that is smoothed at its own times a straight line bridges it.
     pub(crate) fn leave_out(&mut self, row: usize, time: &[f64], column: &mut [f64]) {
         self.seen[row] = false;
         let before = (0..row).rfind(|&k| self.seen[k]);
         let after = (row..self.seen.len()).find(|&k| self.seen[k]);
-        if let (true, Some(a), Some(b)) = (self.slow, before, after) {
+        if let (true, Some(a), Some(b)) = (self.uneven, before, after) {
             let slope = (column[b] - column[a]) / (time[b] - time[a]);
             between(time, column, [a, b], [slope; 2]);
         }
@@ -89,6 +101,7 @@ impl Sampling {
         Seen {
             rows: &self.seen[range],
             slow: self.slow,
+            uneven: self.uneven,
         }
     }
 }
@@ -96,6 +109,19 @@ impl Sampling {
 /// The rows that are measured.
 pub(crate) fn rows(seen: &[bool]) -> Vec<usize> {
     (0..seen.len()).filter(|&row| seen[row]).collect()
+}
+
+/// The rows that are measured and have weight; `None` where all are.
+pub(super) fn measured(
+    n: usize,
+    seen: Option<&[bool]>,
+    weights: Option<&[f64]>,
+) -> Option<Vec<usize>> {
+    let counts = |row: &usize| {
+        seen.is_none_or(|seen| seen[*row]) && weights.is_none_or(|weights| weights[*row] > 0.0)
+    };
+    let own: Vec<usize> = (0..n).filter(counts).collect();
+    (own.len() < n).then_some(own)
 }
 
 /// Writes cubics with the given slopes at two rows into the rows between.
@@ -145,12 +171,21 @@ mod tests {
         let time: Vec<f64> = (0..200).map(|k| 0.1 * f64::from(k)).collect();
         // Every fourth row, but for a pause of 40 rows.
         let slow = |row: usize| row.is_multiple_of(4) && !(80..120).contains(&row);
-        let often = |row: usize| !row.is_multiple_of(9) && !(80..85).contains(&row);
-        for (of, gap) in [(&slow as &dyn Fn(usize) -> bool, 77..120), (&often, 80..85)] {
+        let often = |row: usize| !row.is_multiple_of(23) && !(80..85).contains(&row);
+        // Two rows from one sample to the next are usual: up to six are no gap.
+        let uneven = |row: usize| {
+            !row.is_multiple_of(9) && !(28..31).contains(&row) && !(80..90).contains(&row)
+        };
+        for (of, gap) in [
+            (&slow as &dyn Fn(usize) -> bool, 77..120),
+            (&often, 80..85),
+            (&uneven, 80..91),
+        ] {
             let value = |row| if of(row) { 1.0 } else { NAN };
             let mut column: Vec<f64> = (0..200).map(value).collect();
             let sampling = Sampling::of(&column);
-            assert_eq!(sampling.slow, gap.len() > 9);
+            assert_eq!(sampling.slow, gap.len() > 11);
+            assert_eq!(sampling.uneven, gap.len() > 5);
             sampling.fill(&time, &mut column).unwrap();
             let first = (0..200).find(|&row| of(row)).unwrap();
             let last = (0..200).rfind(|&row| of(row)).unwrap();

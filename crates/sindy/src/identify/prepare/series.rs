@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::data::dataset::sampling::{pick, rows};
+use crate::data::dataset::sampling::pick;
 use crate::data::dataset::{Dataset, Stretch};
 use crate::data::grid::uniform_period;
 use crate::derivative::savgol::Smoothed;
@@ -27,9 +27,9 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// The measured values alone.
+    /// The measured values alone, without those that bridge rows of no weight.
     pub(super) fn measured(stretch: &Stretch<'a>, state: usize) -> Self {
-        let own = stretch.seen.get(state).map(|s| rows(s.rows));
+        let own = stretch.measured_rows(state);
         Self {
             time: pick(stretch.time, own.as_deref()),
             values: pick(stretch.columns[state], own.as_deref()),

@@ -88,3 +88,64 @@ fn prop_when_time_began_means_nothing() {
         }
     }
 }
+
+/// The data with rows at random that hold no states, and inputs only if `driven`; and without these rows.
+fn with_lost_rows(of: &Dataset, share: f64, driven: bool) -> [Dataset; 2] {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(6);
+    let empty = || Dataset::new(of.states(), of.inputs()).unwrap();
+    let mut out = [empty(), empty()];
+    for t in of.trajectories() {
+        let lost: Vec<bool> = t.time.iter().map(|_| rng.random_bool(share)).collect();
+        let kept: Vec<usize> = (0..lost.len()).filter(|&row| !lost[row]).collect();
+        let pick = |c: &Vec<f64>| -> Vec<f64> { kept.iter().map(|&row| c[row]).collect() };
+        let left = t.columns.iter().map(pick).collect();
+        out[1].push("run", pick(&t.time), left, None).unwrap();
+        let mut columns = t.columns.clone();
+        let measured = if driven {
+            of.states().len()
+        } else {
+            columns.len()
+        };
+        for column in &mut columns[..measured] {
+            for (v, lost) in column.iter_mut().zip(&lost) {
+                *v = if *lost { f64::NAN } else { *v };
+            }
+        }
+        out[0].push("run", t.time.clone(), columns, None).unwrap();
+    }
+    out
+}
+
+#[test]
+fn analytic_rows_without_values_cost_what_rows_cost_that_are_not_there() {
+    let known = ["outliers", "gaps", "not white", "heavy tails", "correlated"];
+    for (problem, share, driven) in [
+        (problems::van_der_pol(), 0.3, false),
+        (problems::van_der_pol(), 0.5, false),
+        (problems::duffing(), 0.03, false),
+        (problems::duffing(), 0.5, false),
+        (problems::duffing(), 0.4, true),
+    ] {
+        let all = data_of(&problem, 2.0, 11);
+        let [lost, left] = with_lost_rows(&all, share, driven);
+        let library = problem.library().unwrap();
+        let run = |data| {
+            let identify = Identify::new(library.clone());
+            identify.run(data, &mut quiet()).unwrap()
+        };
+        let (with, without) = (run(&lost), run(&left));
+        let said = with.warnings.join("; ");
+        let name = format!("{}, {share}: {said}", problem.name);
+        let false_ones = known.iter().filter(|w| said.contains(**w)).count();
+        assert_eq!(false_ones, 0, "{name}");
+        if driven {
+            // The same rows are compared. Only starts, and inputs between rows, are others.
+            let [a, b] = [&with, &without].map(|f| against_truth(&problem, &f.model));
+            assert!(a.1 && a.0 < 1.5 * b.0, "{name}: {a:?} {b:?}");
+        } else {
+            let equations = |of: &Identification| of.model.equations().to_vec();
+            assert_eq!(equations(&with), equations(&without), "{name}");
+            assert_eq!(with.data.rows, all.report().rows, "{name}");
+        }
+    }
+}
