@@ -163,8 +163,6 @@ mod tests {
                 // Two of three draws are within a standard error; four hold all.
                 let error = (square.coefficient + 1.4).abs();
                 assert!(error < 4.0 * square.std_error.unwrap(), "{square:?}");
-                // A regression attenuates it: by a part in two hundred, more than ten of these standard errors.
-                assert!(square.std_error.unwrap() < 1e-3, "{square:?}");
             }
         }
     }

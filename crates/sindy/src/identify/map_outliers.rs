@@ -12,7 +12,7 @@
 //! Sources: P. J. Rousseeuw, K. Van Driessen, "Computing LTS regression for large data sets", Data Mining and Knowledge Discovery 12
 //! (2006); F. R. Hampel, "The influence curve and its role in robust estimation", J. Am. Stat. Assoc. 69 (1974).
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix};
 use sindy_expr::Scratch;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
@@ -60,13 +60,20 @@ struct Outlier {
     distance: f64,
 }
 
-/// The stretches without rows that are gross errors, and a warning for each state that has such; `None` where there are none.
+/// What is left where rows are set aside.
+pub(super) struct WithoutOutliers<'a> {
+    pub stretches: Vec<Stretch<'a>>,
+    /// One for each state that has outliers.
+    pub warnings: Vec<String>,
+}
+
+/// The stretches without rows that are gross errors; `None` where there are none.
 pub(super) fn set_aside<'a>(
     data: &Dataset,
     stretches: &[Stretch<'a>],
     libraries: &[Library],
     known: &[KnownPart],
-) -> Result<Option<(Vec<Stretch<'a>>, Vec<String>)>, SindyError> {
+) -> Result<Option<WithoutOutliers<'a>>, SindyError> {
     let steps = Steps::of(data, stretches);
     let most = libraries.iter().map(Library::len).max().unwrap_or(0);
     if steps.points.len() < FOR_EACH * (most + 1) || steps.points.len() <= AROUND {
@@ -90,7 +97,10 @@ pub(super) fn set_aside<'a>(
             from = end + 1;
         }
     }
-    Ok(Some((kept, warnings(data, stretches, &found))))
+    Ok(Some(WithoutOutliers {
+        stretches: kept,
+        warnings: warnings(data, stretches, &found),
+    }))
 }
 
 /// Rows that a model leaves, of those that it was fitted to: far off what it predicts from the row before.
@@ -317,7 +327,7 @@ impl Steps {
             (point - &gram * (&inverse * point)).norm() / point.norm().max(f64::MIN_POSITIVE)
         };
         let (mut furthest, mut most) = (0.0_f64, SPANNED);
-        for point in unit.column_iter().map(|c| c.into_owned()) {
+        for point in unit.column_iter().map(Matrix::into_owned) {
             (furthest, most) = (furthest.max(away(&point)), most.max(beyond(&point)));
         }
         for (next, column) in self.next.iter().zip(columns.column_iter()) {

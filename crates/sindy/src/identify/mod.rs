@@ -268,11 +268,10 @@ impl Identify {
         let (time, mut stretches) = self.stretches(data, &mut warnings)?;
         if self.settings.discrete
             && self.settings.outliers
-            && let Some((kept, said)) =
-                map_outliers::set_aside(data, &stretches, &libraries, &known)?
+            && let Some(without) = map_outliers::set_aside(data, &stretches, &libraries, &known)?
         {
-            stretches = kept;
-            warnings.extend(said);
+            stretches = without.stretches;
+            warnings.extend(without.warnings);
         }
         let libraries = libraries
             .into_iter()

@@ -123,7 +123,7 @@ fn over(
 /// Under windows, noise can hide what the term is worth on trajectories. Nor does the relation to first order show it where other
 /// coefficients move far when the term comes in, as those of a Hill function do with a rate at zero.
 pub(super) fn enlarged(rows: &Rows, candidates: &Candidates, relation: &Relation) -> Vec<Relation> {
-    let found = nearest(rows, candidates, with_another(candidates, relation));
+    let found = nearest(rows, candidates, &with_another(candidates, relation));
     let all = found.into_iter().filter(|f| f.contains(relation));
     all.take(NEIGHBOURS).collect()
 }
@@ -152,7 +152,7 @@ pub(super) fn exchanged(
             }));
         }
     }
-    let found = nearest(rows, candidates, starts);
+    let found = nearest(rows, candidates, &starts);
     let all = found.into_iter().filter(|f| f.free() == relation.free());
     all.take(NEIGHBOURS).collect()
 }
@@ -176,7 +176,7 @@ fn with_another(candidates: &Candidates, relation: &Relation) -> Vec<Relation> {
 }
 
 /// Relations fitted under the windows, the nearest to the slopes first.
-fn nearest(rows: &Rows, candidates: &Candidates, starts: Vec<Relation>) -> Vec<Relation> {
+fn nearest(rows: &Rows, candidates: &Candidates, starts: &[Relation]) -> Vec<Relation> {
     let fitted = starts.iter().map(|start| rows.fitted(start));
     let mut found: Vec<(Relation, f64)> = fitted.filter(|f| f.1.is_finite()).collect();
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
