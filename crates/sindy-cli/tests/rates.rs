@@ -54,10 +54,12 @@ fn analytic_empty_cells_of_slower_columns_are_no_gaps() {
         }
     }
     let said = found["warnings"].to_string();
-    assert!(
-        said.contains("of 2000 rows x in 1000, v in 200 hold a value"),
-        "{said}"
-    );
+    for part in [
+        "800 of 2000 rows hold no value",
+        "of 1200 rows x in 1000, v in 200 hold a value",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
 }
 
 #[test]

@@ -59,10 +59,19 @@ pub(super) fn of(
             .ok_or_else(|| refused("an equation, such as x' = v or v' = -9.81 + ...", text))?;
         let i = equation(left.trim(), states, discrete)
             .ok_or_else(|| refused(&left_sides(states, discrete, "="), left.trim()))?;
+        let part = right_side(right.trim(), &data.names())?;
+        if second_order.contains(&states[i]) {
+            if out[i] == part {
+                continue;
+            }
+            let (own, velocity) = (left_side(&states[i], discrete), velocity(&states[i]));
+            let expected = format!("{own} = {velocity}, as the setting `second_order` says");
+            return Err(refused(&expected, text));
+        }
         if out[i] != KnownPart::default() {
             return Err(refused("each equation once", left.trim()));
         }
-        out[i] = right_side(right.trim(), &data.names())?;
+        out[i] = part;
     }
     if out.iter().all(|k| k.whole) {
         let expected = "an equation of which a part is not known";

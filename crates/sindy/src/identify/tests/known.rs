@@ -222,6 +222,21 @@ fn prop_known_parts_that_make_no_sense_are_refused() {
         assert!(error.contains(says), "{error}");
     }
     assert!(refused(&[], &["y"]).contains("`y`"));
+    // What the velocity is may be said again, and not otherwise.
+    let of_positions = |known: &[&str]| {
+        let identify = Identify::new(library.clone()).settings(Settings {
+            known: known.iter().map(ToString::to_string).collect(),
+            ..second_order()
+        });
+        let data = duffing().data(1.0, 0, false);
+        identify.unwrap().run(&data, &mut quiet())
+    };
+    let positions = of_positions(&["x' = 2*x_dot"]).unwrap_err().to_string();
+    assert!(
+        positions.contains("x' = x_dot, as the setting `second_order` says, found `x' = 2*x_dot`"),
+        "{positions}"
+    );
+    assert!(of_positions(&["x' = x_dot"]).is_ok());
     // Its velocity is there already.
     assert!(refused(&[], &["x"]).contains("`x_dot`"));
 }

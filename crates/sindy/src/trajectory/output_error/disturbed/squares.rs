@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::diffusion::DiffusionCandidates;
-use super::filter::{Belief, Linear, Pass, Update};
+use super::filter::{Belief, ENDS, Linear, MIDDLE, Pass, Update};
 use super::{Disturbance, Sources};
 use crate::trajectory::output_error::arcs::Sums;
 use crate::trajectory::output_error::record::Record;
@@ -152,21 +152,23 @@ impl Slopes {
 
     /// Over a step, as [`Belief::predict`].
     fn predict(&mut self, step: &Linear) {
-        let half = 0.5 * step.period;
+        let (ends, middle) = (ENDS * step.period, MIDDLE * step.period);
         let [from, to] = &step.terms;
-        let f = &step.transition;
+        let (f, half) = (&step.transition, step.second_half());
         if !self.blank {
             let turned = f.transpose();
             self.by.iter_mut().for_each(|by| *by = f * &*by * &turned);
         }
         for i in 0..self.parameters.states {
-            let outer = f.column(i) * f.column(i).transpose();
+            let outer = f.column(i) * f.column(i).transpose() * ends;
+            let between = half.column(i) * half.column(i).transpose() * (0.5 * middle);
             for (by, (from, to)) in self.by[self.parameters.of(i)]
                 .iter_mut()
                 .zip(from.iter().zip(to))
             {
-                by.zip_apply(&outer, |by, o| *by += half * from * o);
-                by[(i, i)] += half * to;
+                by.zip_apply(&outer, |by, o| *by += from * o);
+                by.zip_apply(&between, |by, o| *by += (from + to) * o);
+                by[(i, i)] += ends * to;
             }
         }
         self.blank = false;
