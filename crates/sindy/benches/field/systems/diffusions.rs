@@ -99,11 +99,11 @@ pub(crate) const PUSHED_OSCILLATOR: System = System {
     name: "pushed oscillator",
     states: &["x", "v"],
     truth: &[&[("v", 1.0)], &[("x", -2.0), ("v", -0.3), ("x^3", -0.5)]],
-    task: Task::Disturbed(&[&[], &[("1", 0.2)]]),
+    task: Task::Disturbed(&[&[], &[("1", 2.0)]]),
     candidates: Candidates::Degree(3),
     runs: &[(&[1.0, 0.0], &[])],
     clock: Clock::Every(0.05),
-    rows: 2500,
+    rows: 5000,
     substeps: 50,
     ..ONE_STATE
 };

@@ -179,6 +179,7 @@ impl Normal {
         let mut whitener = Whitener::new(follow.colour);
         let (mut work, mut step) = (system.work(follow.coefficients), system.blank());
         let mut at = Sensitivity::start(n, p);
+        let scales = follow.scales(record);
         let mut nodes = Vec::new();
         let mut node = first;
         loop {
@@ -217,10 +218,7 @@ impl Normal {
             }
             node += 1;
             let ends = until.map_or_else(
-                || {
-                    growth(&at.m, follow.sigma) > follow.cut.growth
-                        || node - first >= follow.cut.longest
-                },
+                || growth(&at.m, &scales) > follow.cut.growth || node - first >= follow.cut.longest,
                 |until| node == until,
             );
             // Where an arc ends, the sample belongs to the next.
@@ -282,12 +280,12 @@ impl Normal {
     }
 }
 
-/// How far a change of the arc's start by the noise of one state has grown in another, in its noise.
-pub(super) fn growth(m: &DMatrix<f64>, sigma: &[f64]) -> f64 {
+/// How far a change of the arc's start by the scale of one state has grown in another, in its scale.
+pub(super) fn growth(m: &DMatrix<f64>, scales: &[f64]) -> f64 {
     let mut most: f64 = 0.0;
-    for j in 0..sigma.len() {
-        for i in 0..sigma.len() {
-            most = most.max((m[(i, j)] * sigma[j] / sigma[i]).abs());
+    for j in 0..scales.len() {
+        for i in 0..scales.len() {
+            most = most.max((m[(i, j)] * scales[j] / scales[i]).abs());
         }
     }
     most

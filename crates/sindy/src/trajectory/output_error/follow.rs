@@ -83,6 +83,18 @@ impl Follow<'_> {
         (difference / self.sigma[i]).powi(2)
     }
 
+    /// What changes of a record's states are measured by: their noise, all as large beside their spread as the largest. Of a position
+    /// without noise whose velocity is noisy any change is large beside its own.
+    pub(super) fn scales(&self, record: &Record) -> Vec<f64> {
+        let spread: Vec<f64> = record.spread.iter().map(|v| v.sqrt()).collect();
+        let shares = self.sigma.iter().zip(&spread);
+        let share = shares.map(|(sigma, spread)| (sigma / spread).min(1.0));
+        let largest = share.fold(0.0, f64::max);
+        let all = self.sigma.iter().zip(&spread);
+        all.map(|(sigma, spread)| sigma.max(largest * spread))
+            .collect()
+    }
+
     /// From sample `row` to the next, in `substeps`; the sensitivities along with it where they are given.
     pub(super) fn advance(
         &self,

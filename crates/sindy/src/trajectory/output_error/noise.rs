@@ -163,6 +163,7 @@ fn arcs(follow: &Follow<'_>, records: &[Record]) -> Option<Vec<Arc>> {
     let mut out = Vec::new();
     let mut place = 0;
     for record in records {
+        let scales = follow.scales(record);
         let mut node = 0;
         while node < record.rows.len() {
             let (begin, mut at) = (node, Sensitivity::start(n, p));
@@ -185,7 +186,7 @@ fn arcs(follow: &Follow<'_>, records: &[Record]) -> Option<Vec<Arc>> {
                 node += 1;
                 if record.is_last(node - 1)
                     || node - begin >= follow.cut.longest
-                    || growth(&at.m, follow.sigma) > follow.cut.growth
+                    || growth(&at.m, &scales) > follow.cut.growth
                 {
                     break;
                 }
