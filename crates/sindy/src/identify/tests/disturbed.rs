@@ -135,6 +135,37 @@ fn prop_one_disturbed_state_is_found_or_said_to_be_as_likely() {
     }
 }
 
+#[test]
+fn analytic_terms_that_would_do_in_place_of_one_are_named_and_counted() {
+    for seed in 0..4 {
+        // dx = (3 - x) dt + 0.5 dw: x stays within a third of 3, where a line and a parabola are alike.
+        let near = relaxation(1000, seed);
+        let x = near.trajectories()[0].columns[0].iter().map(|x| x + 3.0);
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        let time = near.trajectories()[0].time.clone();
+        data.push("run", time, vec![x.collect()], None).unwrap();
+        let identify = Identify::new(Library::polynomial(&["x"], 2).unwrap());
+        let identify = identify.settings(by(NoiseSource::Process)).unwrap();
+        let found = identify.run(&data, &mut quiet()).unwrap();
+        let (kept, other) = match terms(&found)[0].join(" ").as_str() {
+            "1 x" => ("x", "x^2"),
+            "1 x^2" => ("x^2", "x"),
+            "x x^2" => ("x^2", "1"),
+            kept => panic!("{seed}: {kept}"),
+        };
+        let said = found.warnings.join("; ");
+        let named = "equation of x: other terms are about as likely: ";
+        assert!(said.contains(named), "{said}");
+        assert!(
+            said.contains(&format!("{other} instead of {kept} (odds 1 to ")),
+            "{said}"
+        );
+        // Odds above 1 to 20 leave less than this of the probability.
+        let inclusion = found.model.equations()[0][1].inclusion.unwrap();
+        assert!(inclusion < 1.0 / (1.0 + 1.0 / 20.0), "{inclusion}");
+    }
+}
+
 /// dx = (-x + u + a u²) dt + 0.3 dw with a white input u. The library lacks u², so the residual is white in time and depends on u:
 /// only the comparison of neighbours shows it.
 #[test]
