@@ -18,6 +18,9 @@ pub(super) const INTEGRATION: f64 = 0.003;
 /// Nodes that the integrator's error is tried at, about: enough for a mean to a tenth, at a small part of a step's time.
 const TRIED: usize = 200;
 
+/// A state moves if its spread exceeds this multiple of its noise: that of noise over 25 rows is within 1.5.
+const MOVES: f64 = 2.0;
+
 /// How arcs are cut and simulated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ArcSettings {
@@ -84,11 +87,12 @@ impl Follow<'_> {
     }
 
     /// What changes of a record's states are measured by: their noise, all as large beside their spread as the largest. Of a position
-    /// without noise whose velocity is noisy any change is large beside its own.
+    /// without noise whose velocity is noisy any change is large beside its own. A state at rest has no spread but its noise.
     pub(super) fn scales(&self, record: &Record) -> Vec<f64> {
         let spread: Vec<f64> = record.spread.iter().map(|v| v.sqrt()).collect();
-        let shares = self.sigma.iter().zip(&spread);
-        let share = shares.map(|(sigma, spread)| (sigma / spread).min(1.0));
+        let moving = self.sigma.iter().zip(&spread);
+        let moving = moving.filter(|(sigma, spread)| **spread > MOVES * **sigma);
+        let share = moving.map(|(sigma, spread)| sigma / spread);
         let largest = share.fold(0.0, f64::max);
         let all = self.sigma.iter().zip(&spread);
         all.map(|(sigma, spread)| sigma.max(largest * spread))
