@@ -60,7 +60,7 @@ struct Outlier {
     distance: f64,
 }
 
-/// What is left where rows are set aside.
+/// The stretches without their outliers.
 pub(super) struct WithoutOutliers<'a> {
     pub stretches: Vec<Stretch<'a>>,
     /// One for each state that has outliers.
@@ -164,6 +164,66 @@ struct Prediction {
     inside: Vec<bool>,
 }
 
+/// A map of one state by least squares on the steps that count, over candidates of unit length.
+struct LeastSquares {
+    lengths: DVector<f64>,
+    coefficients: DVector<f64>,
+    /// The candidates of the steps that count, one column each, their products and the inverse of these.
+    counted: DMatrix<f64>,
+    gram: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+}
+
+impl LeastSquares {
+    fn new(columns: &DMatrix<f64>, (state, steps): (usize, &[usize]), next: &[Vec<f64>]) -> Self {
+        let mut counted = columns.select_columns(steps);
+        let y = DVector::from_iterator(steps.len(), steps.iter().map(|&k| next[k][state]));
+        let length = |row: usize| counted.row(row).norm().max(f64::MIN_POSITIVE);
+        let lengths = DVector::from_fn(counted.nrows(), |row, _| length(row));
+        for (mut row, length) in counted.row_iter_mut().zip(lengths.iter()) {
+            row /= *length;
+        }
+        let gram = &counted * counted.transpose();
+        let inverse = pseudo_inverse(&gram);
+        Self {
+            coefficients: &inverse * (&counted * y),
+            lengths,
+            counted,
+            gram,
+            inverse,
+        }
+    }
+
+    /// The errors at all steps.
+    fn errors(&self, columns: &DMatrix<f64>, state: usize, next: &[Vec<f64>]) -> Vec<f64> {
+        let predicted = columns.tr_mul(&self.coefficients.component_div(&self.lengths));
+        let steps = next.iter().zip(predicted.iter());
+        steps
+            .map(|(next, predicted)| next[state] - predicted)
+            .collect()
+    }
+
+    /// Whether each step begins no further away than those that count.
+    fn inside(&self, columns: &DMatrix<f64>) -> Vec<bool> {
+        let away = |point: &DVector<f64>| point.dot(&(&self.inverse * point));
+        // What the counted ones do not span, they do not say.
+        let beyond = |point: &DVector<f64>| {
+            let left = point - &self.gram * (&self.inverse * point);
+            left.norm() / point.norm().max(f64::MIN_POSITIVE)
+        };
+        let (mut furthest, mut most) = (0.0_f64, SPANNED);
+        for point in self.counted.column_iter().map(Matrix::into_owned) {
+            (furthest, most) = (furthest.max(away(&point)), most.max(beyond(&point)));
+        }
+        let points = columns
+            .column_iter()
+            .map(|c| c.component_div(&self.lengths));
+        points
+            .map(|point| beyond(&point) <= most && away(&point) <= furthest)
+            .collect()
+    }
+}
+
 /// All steps from row to row.
 struct Steps {
     /// States and inputs of the first row.
@@ -245,12 +305,19 @@ impl Steps {
         }
         let mut counted = self.best(&self.first_guess(n));
         for round in 1.. {
-            let predict = |i| self.predict(&columns[i], i, &counted);
-            let predictions: Vec<Prediction> = (0..n).map(predict).collect();
-            let errors: Vec<&[f64]> = predictions.iter().map(|p| &p.errors[..]).collect();
+            let fit = |i| LeastSquares::new(&columns[i], (i, &counted), &self.next);
+            let fits: Vec<LeastSquares> = (0..n).map(fit).collect();
+            let errors: Vec<Vec<f64>> = (0..n)
+                .map(|i| fits[i].errors(&columns[i], i, &self.next))
+                .collect();
             let next = self.best(&errors);
             if next == counted || round == ROUNDS {
-                return Ok(Some(predictions));
+                let all = fits.iter().zip(errors).zip(&columns);
+                let predictions = all.map(|((fit, errors), columns)| Prediction {
+                    errors,
+                    inside: fit.inside(columns),
+                });
+                return Ok(Some(predictions.collect()));
             }
             counted = next;
         }
@@ -279,12 +346,12 @@ impl Steps {
     }
 
     /// The steps of the sample that count: those whose errors, and those of the step before, are least.
-    fn best<E: AsRef<[f64]>>(&self, errors: &[E]) -> Vec<usize> {
+    fn best(&self, errors: &[Vec<f64>]) -> Vec<usize> {
         let scales: Vec<f64> = (0..errors.len())
-            .map(|i| self.scale(errors[i].as_ref(), i).max(f64::MIN_POSITIVE))
+            .map(|i| self.scale(&errors[i], i).max(f64::MIN_POSITIVE))
             .collect();
         let size = |k: usize| {
-            let of = |(e, s): (&E, &f64)| e.as_ref()[k].abs() / s;
+            let of = |(e, s): (&Vec<f64>, &f64)| e[k].abs() / s;
             errors.iter().zip(&scales).map(of).fold(0.0, f64::max)
         };
         let largest = |k: usize| match self.follows(k) {
@@ -302,41 +369,6 @@ impl Steps {
     /// Whether a step begins where the one before ends.
     fn follows(&self, k: usize) -> bool {
         k > 0 && self.place[k - 1].0 == self.place[k].0
-    }
-
-    /// Least squares on the steps that count, at all steps.
-    fn predict(&self, columns: &DMatrix<f64>, state: usize, counted: &[usize]) -> Prediction {
-        let x = columns.select_columns(counted);
-        let y = DVector::from_iterator(counted.len(), counted.iter().map(|&k| self.next[k][state]));
-        let length = |row: usize| x.row(row).norm().max(f64::MIN_POSITIVE);
-        let lengths = DVector::from_fn(x.nrows(), |row, _| length(row));
-        let mut unit = x;
-        for (mut row, length) in unit.row_iter_mut().zip(lengths.iter()) {
-            row /= *length;
-        }
-        let gram = &unit * unit.transpose();
-        let inverse = pseudo_inverse(&gram);
-        let xi = &inverse * (&unit * y);
-        let mut prediction = Prediction {
-            errors: Vec::with_capacity(self.next.len()),
-            inside: Vec::with_capacity(self.next.len()),
-        };
-        let away = |point: &DVector<f64>| point.dot(&(&inverse * point));
-        // What the counted ones do not span, they do not say.
-        let beyond = |point: &DVector<f64>| {
-            (point - &gram * (&inverse * point)).norm() / point.norm().max(f64::MIN_POSITIVE)
-        };
-        let (mut furthest, mut most) = (0.0_f64, SPANNED);
-        for point in unit.column_iter().map(Matrix::into_owned) {
-            (furthest, most) = (furthest.max(away(&point)), most.max(beyond(&point)));
-        }
-        for (next, column) in self.next.iter().zip(columns.column_iter()) {
-            let point = column.component_div(&lengths);
-            prediction.errors.push(next[state] - xi.dot(&point));
-            let inside = beyond(&point) <= most && away(&point) <= furthest;
-            prediction.inside.push(inside);
-        }
-        prediction
     }
 
     /// Rows beyond the level, in the order of time.
