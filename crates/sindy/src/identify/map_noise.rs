@@ -54,10 +54,13 @@ impl IdentificationRun<'_> {
             .iter()
             .map(|parts| Gram::total(parts).rows.max(1) as f64)
             .collect();
+        // Trajectories may have been followed on a part of the rows.
+        let all: usize = self.stretches.iter().map(|s| s.time.len()).sum();
+        let begun = self.stretches.len() as f64 * rows / all as f64;
         let other = |model: &RankedModel| {
             let fits = model.regression.fits.iter().zip(&counts);
             let sizes: Vec<f64> = fits.map(|(f, n)| (f.residual_sum / n).sqrt()).collect();
-            score(&sizes, self.stretches.len() as f64, model.terms())
+            score(&sizes, begun, model.terms())
         };
         let best = ranked.iter().map(other).fold(f64::INFINITY, f64::min);
         own < best - TWENTY_TO_ONE
