@@ -12,7 +12,7 @@ use crate::error::SindyError;
 use crate::model::Interpolation;
 
 /// The data without rows that hold no value, where such rows are usual or cannot be bridged, and a warning that says how many; `None`
-/// elsewhere. What is left has uneven times.
+/// elsewhere. The rows that remain have uneven times.
 pub(super) fn without_empty_rows(data: &Dataset) -> Result<Option<(Dataset, String)>, SindyError> {
     let bridged = data.inputs().is_empty();
     let trajectories = data.trajectories().iter();

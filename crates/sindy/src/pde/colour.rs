@@ -82,8 +82,8 @@ struct Differences {
 }
 
 impl Differences {
-    /// Those of the last of three orders between which the level stays; `None` where it never does. What is left of the field
-    /// among the first of them, within the scatter, would pass for memory.
+    /// Those of the last of three orders between which the level stays; `None` where it never does. The first of them may
+    /// hold a remainder of the field, within the scatter, which would pass for memory.
     fn of_noise(data: &FieldData, field: usize, axis: usize) -> Option<Self> {
         let most = ORDERS.min(data.axes()[axis].points() / 4);
         let all: Vec<Self> = (1..=most)
