@@ -19,6 +19,8 @@
 //! regression", Biometrika 73 (1986); P. Hall, J. W. Kay, D. M. Titterington, "Asymptotically optimal
 //! difference-based estimation of variance", Biometrika 77 (1990).
 
+use rayon::prelude::*;
+
 use crate::data::grid;
 use crate::error::SindyError;
 use crate::numerics::upper_median;
@@ -46,8 +48,7 @@ pub fn noise_level(time: &[f64], y: &[f64]) -> Result<NoiseLevel, SindyError> {
     let n = y.len();
     let uniform = grid::uniform_period(time).is_some();
     let quantum = quantum(y).unwrap_or(0.0);
-    let mut levels = Vec::with_capacity(HIGHEST);
-    for order in 1..=HIGHEST.min(n / 4) {
+    let level = |order: usize| {
         let fixed: [f64; HIGHEST + 1] =
             contrast(&std::array::from_fn::<f64, { HIGHEST + 1 }, _>(|i| i as f64)[..=order]);
         let mut size: Vec<f64> = (0..n - order)
@@ -64,12 +65,14 @@ pub fn noise_level(time: &[f64], y: &[f64]) -> Result<NoiseLevel, SindyError> {
         let median = upper_median(&mut size).unwrap_or(0.0);
         // 0.6745 is the median of |N(0, 1)|.
         // Differences of whole steps are zero but for the rounding of decimal digits.
-        levels.push(if median > 1e-4 * quantum {
+        if median > 1e-4 * quantum {
             median / 0.674_489_750_196_081_7
         } else {
             mean_square.sqrt()
-        });
-    }
+        }
+    };
+    let orders = 1..HIGHEST.min(n / 4) + 1;
+    let levels: Vec<f64> = orders.into_par_iter().map(level).collect();
     let least = levels.iter().copied().fold(f64::INFINITY, f64::min);
     // A median absolute deviation of n independent values scatters by 1.17 σ / √n; neighbouring differences
     // of order 10 are alike, which doubles that. Levels closer than twice the scatter count as equal.

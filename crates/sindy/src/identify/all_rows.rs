@@ -1,5 +1,7 @@
 //! Long data: terms are chosen on a part of the rows, and the coefficients of the chosen ones are refined on all rows.
 
+use std::ops::ControlFlow;
+
 use super::Progress;
 use super::disturbed::Way;
 use super::follow::{FollowedModel, Search};
@@ -7,9 +9,6 @@ use super::prepare::{self, Slopes};
 use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
 use super::screen::Screen;
 use crate::trajectory::output_error::{self, OutputErrorFit, Step};
-
-/// Nodes of the first arcs. The start is near: with short arcs, as from a regression, the same end takes twice as many steps.
-const FIRST_ARC: usize = 64;
 
 /// What was seen on all rows of terms that were chosen on a part of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,11 +72,15 @@ impl IdentificationRun<'_> {
         let mut start = self.start(&screen.narrow(&before.coefficients), &before.sigma, &search);
         start.colour.clone_from(&before.colour);
         let mut limits = self.limits(usize::MAX);
-        limits.first_arc = FIRST_ARC;
+        // The start is near: from shorter arcs the same end takes more steps.
+        limits.first_arc = usize::MAX;
         if before.correlation > CORRELATED {
             limits.penalty *= before.correlation;
         }
-        let mut report = |step: Step<'_>| progress(Progress::AllRows { step: step.step });
+        let mut report = |step: Step<'_>| {
+            progress(Progress::AllRows { step: step.step });
+            ControlFlow::Continue(())
+        };
         let mut fit =
             output_error::search(search.system, search.pieces, &start, &limits, &mut report)?;
         screen.widen_fit(&mut fit);

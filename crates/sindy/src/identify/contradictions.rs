@@ -5,7 +5,7 @@ use super::regress::Statistics;
 use super::run::{CORRELATED, IdentificationRun};
 use crate::solve::sign::{broken, is_constrained};
 use crate::statistics::criteria::TWENTY_TO_ONE;
-use crate::trajectory::output_error::{OutputErrorFit, Settings, Start, System};
+use crate::trajectory::output_error::{OutputErrorFit, Settings, Start, System, silent};
 
 impl IdentificationRun<'_> {
     /// The coefficients of the fit without signs from where the one with signs ended, if they break a sign and are more likely by
@@ -27,7 +27,7 @@ impl IdentificationRun<'_> {
         let free =
             found
                 .way()
-                .search(search.system, search.pieces, (&start, &limits), &mut |_| ())?;
+                .search(search.system, search.pieces, (&start, &limits), &mut silent)?;
         let likelier = is_likelier(&free, &found.fit, correlation);
         let breaks = broken(search.signs, &free.coefficients).next().is_some();
         (likelier && breaks).then_some(free.coefficients)
@@ -52,7 +52,7 @@ impl IdentificationRun<'_> {
                 let run = |system: &System, start: &Start, limits: &Settings| {
                     found
                         .way()
-                        .search(system, search.pieces, (start, limits), &mut |_| ())
+                        .search(system, search.pieces, (start, limits), &mut silent)
                 };
                 let start = self.start(&found.fit.coefficients, &found.fit.sigma, search);
                 let kept = match longest == found.longest {

@@ -4,6 +4,8 @@
 //! filter with the right variances has not predicted is white, at all lags. And a missing term depends on the state, so that rows that are
 //! neighbours there are wrong alike, in one step or in the sum of several.
 
+use std::ops::ControlFlow;
+
 use super::follow::{FollowedModel, Search};
 use super::neighbours;
 use super::run::IdentificationRun;
@@ -37,7 +39,7 @@ impl Way {
         system: &System,
         pieces: &[Piece<'_>],
         (start, limits): (&Start, &Settings),
-        progress: &mut dyn FnMut(Step<'_>),
+        progress: &mut dyn FnMut(Step<'_>) -> ControlFlow<()>,
     ) -> Option<OutputErrorFit> {
         match self {
             Self::Arcs(_) => output_error::search(system, pieces, start, limits, progress),

@@ -1,5 +1,7 @@
 //! The output error from the best regressions, and from shorter arcs where whole trajectories cannot be followed.
 
+use std::ops::ControlFlow;
+
 use super::all_rows::OnAllRows;
 use super::disturbed::{Surprises, Way, sources};
 use super::evidence::TermEvidence;
@@ -12,7 +14,7 @@ use super::{Method, NoiseSource, Progress};
 use crate::solve::outcome::Outcome;
 use crate::solve::sign::Sign;
 use crate::trajectory::output_error::{
-    self, FIRST_ARC, OutputErrorFit, Piece, Start, Step, System,
+    self, FIRST_ARC, OutputErrorFit, Piece, Settled, Start, Step, System, silent,
 };
 
 /// Starts of the output error, at most. Two that agree end the search earlier; with twice as many, systems that two
@@ -222,7 +224,7 @@ impl IdentificationRun<'_> {
         limits.penalty *= from.fit.correlation;
         let start = self.start(&from.fit.coefficients, &from.fit.sigma, search);
         from.way()
-            .search(search.system, search.pieces, (&start, &limits), &mut |_| ())
+            .search(search.system, search.pieces, (&start, &limits), &mut silent)
     }
 
     /// The fit of whole trajectories for noise that is not white, if its residual is noise of the measurement: terms are worth
@@ -270,7 +272,7 @@ impl IdentificationRun<'_> {
             start.colour = colour;
             let limits = self.limits(usize::MAX);
             let pieces = search.pieces;
-            model.fit = output_error::search(search.system, pieces, &start, &limits, &mut |_| ())?;
+            model.fit = output_error::search(search.system, pieces, &start, &limits, &mut silent)?;
             if settled {
                 break;
             }
@@ -286,7 +288,7 @@ impl IdentificationRun<'_> {
         output_error::independence(search.system, search.pieces, fit, &LONGEST[1..])
     }
 
-    /// The best of a few starts with different terms; ends where two agree.
+    /// The best of a few starts with different terms; ends where two agree, or go on from the same point.
     pub(super) fn best_of_starts(
         &self,
         search: &Search<'_>,
@@ -300,6 +302,8 @@ impl IdentificationRun<'_> {
         let limits = self.limits(longest);
         let mut best: Option<FollowedModel> = None;
         let mut tried: Vec<Vec<bool>> = Vec::new();
+        // Where a search has settled that converged.
+        let mut known: Vec<Settled> = Vec::new();
         for (index, coefficients) in search.starts.iter().enumerate() {
             let support = support(coefficients);
             if tried.len() == STARTS || tried.contains(&support) {
@@ -308,6 +312,8 @@ impl IdentificationRun<'_> {
             let number = tried.len();
             tried.push(support);
             let from = self.start(coefficients, &self.noise.sigma, search);
+            let mut met = false;
+            let mut points = Vec::new();
             let mut report = |step: Step<'_>| {
                 progress(Progress::OutputError {
                     start: number,
@@ -315,9 +321,24 @@ impl IdentificationRun<'_> {
                     terms: step.terms,
                     misfit: largest_share(step.sigma, &self.noise.sigma),
                 });
+                let Some(settled) = step.settled else {
+                    return ControlFlow::Continue(());
+                };
+                met = known.iter().any(|point| point.meets(&settled));
+                points.push(settled);
+                match met {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                }
             };
             let found = way.search(search.system, search.pieces, (&from, &limits), &mut report);
+            if met {
+                break;
+            }
             let Some(fit) = found else { continue };
+            if fit.outcome == Outcome::Converged {
+                known.append(&mut points);
+            }
             match &best {
                 Some(b) if fit.score > b.fit.score - SAME_SCORE => {
                     let agree = (fit.score - b.fit.score).abs() <= SAME_SCORE;

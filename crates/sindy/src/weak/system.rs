@@ -1,6 +1,7 @@
 //! From samples to the statistics of the weak system.
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use sindy_expr::{Program, Scratch};
 
 use super::WeakForm;
@@ -15,6 +16,8 @@ use crate::statistics::gram::Gram;
 
 /// Rows in which the terms are evaluated at a time.
 const CHUNK: usize = 256;
+/// Windows that one thread integrates at a time. Rows at both ends are evaluated twice.
+const TOGETHER: usize = 512;
 
 /// The weak system: statistics by state and group, and what was set aside.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,15 +180,36 @@ fn integrate(
     columns: &[&[f64]],
     states: &[usize],
 ) -> DMatrix<f64> {
-    let p = program.outputs();
-    let width = p + states.len() + 1;
+    let width = program.outputs() + states.len() + 1;
     // One column for each window, so that its sums lie side by side.
     let mut sums = DMatrix::zeros(width, windows.len());
+    let parts = sums.as_mut_slice().par_chunks_mut(width * TOGETHER);
+    parts
+        .zip(windows.par_chunks(TOGETHER))
+        .for_each(|(sums, windows)| {
+            integrate_some(windows, program, columns, states, sums);
+        });
+    sums
+}
+
+/// The same of consecutive windows, into `sums`, one after the other.
+fn integrate_some(
+    windows: &[Window],
+    program: &Program,
+    columns: &[&[f64]],
+    states: &[usize],
+    sums: &mut [f64],
+) {
+    let p = program.outputs();
+    let width = p + states.len() + 1;
     let mut theta = vec![0.0; CHUNK * p];
     let mut scratch = Scratch::default();
-    let rows = columns.first().map_or(0, |c| c.len());
+    let (Some(first), Some(last)) = (windows.first(), windows.last()) else {
+        return;
+    };
+    let rows = last.rows.end;
     let mut from = 0;
-    for start in (0..rows).step_by(CHUNK) {
+    for start in (first.rows.start / CHUNK * CHUNK..rows).step_by(CHUNK) {
         let end = rows.min(start + CHUNK);
         while from < windows.len() && windows[from].rows.end <= start {
             from += 1;
@@ -206,7 +230,7 @@ fn integrate(
             let (a, b) = (w.rows.start.max(start), w.rows.end.min(end));
             let value = &w.value[a - w.rows.start..b - w.rows.start];
             let slope = &w.slope[a - w.rows.start..b - w.rows.start];
-            let mut sum = sums.column_mut(k);
+            let sum = &mut sums[k * width..][..width];
             for j in 0..p {
                 sum[j] += dot(value, &theta[j * n + a - start..j * n + b - start]);
             }
@@ -216,7 +240,6 @@ fn integrate(
             sum[width - 1] += value.iter().sum::<f64>();
         }
     }
-    sums
 }
 
 /// Adds the windows' rows, weighted, to the statistics of the states.

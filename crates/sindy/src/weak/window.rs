@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 /// Samples that a window needs on either side of its centre: a test function of fewer is no quadrature.
 pub(super) const REACH: usize = 4;
 
@@ -56,14 +58,14 @@ fn cubic(t: &[f64], step: f64) -> [f64; 4] {
 /// support within the stretch and [`REACH`] samples on either side.
 pub(crate) fn place(time: &[f64], half_width: f64, spacing: f64, power: i32) -> Vec<Window> {
     let n = time.len();
-    let mut windows = Vec::new();
     if n == 0 {
-        return windows;
+        return Vec::new();
     }
     let weights = quadrature(time);
     // Half a part in a million: a support that ends at the first or last sample is inside.
     let reach = half_width * (1.0 - 5e-7);
     let mut next = time[0] + reach;
+    let mut places = Vec::new();
     for centre in 0..n {
         let c = time[centre];
         if c < next {
@@ -78,19 +80,18 @@ pub(crate) fn place(time: &[f64], half_width: f64, spacing: f64, power: i32) -> 
         if centre - first < REACH || last - centre <= REACH {
             continue;
         }
-        let mut value = Vec::with_capacity(last - first);
-        let mut slope = Vec::with_capacity(last - first);
-        for i in first..last {
+        places.push((c, first..last));
+    }
+    let window = |(c, rows): (f64, Range<usize>)| {
+        let mut value = Vec::with_capacity(rows.len());
+        let mut slope = Vec::with_capacity(rows.len());
+        for i in rows.clone() {
             let u = (time[i] - c) / half_width;
             let s = (1.0 - u * u).max(0.0);
             value.push(weights[i] * s.powi(power));
             slope.push(weights[i] * -2.0 * f64::from(power) * u * s.powi(power - 1) / half_width);
         }
-        windows.push(Window {
-            rows: first..last,
-            value,
-            slope,
-        });
-    }
-    windows
+        Window { rows, value, slope }
+    };
+    places.into_par_iter().map(window).collect()
 }

@@ -25,6 +25,8 @@ mod tests;
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::noise::quantum;
 use super::noise_level;
 use crate::data::grid;
@@ -109,9 +111,12 @@ pub fn spikes(time: &[f64], y: &[f64]) -> Result<Vec<Spike>, SindyError> {
 
 /// The width of the middle nine tenths, scaled to a standard deviation: spikes do not matter.
 fn spread(y: &[f64]) -> f64 {
-    let mut sorted = y.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let at = |share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
+    let mut values = y.to_vec();
+    let last = values.len() - 1;
+    let mut at = |share: f64| {
+        let place = (share * last as f64) as usize;
+        *values.select_nth_unstable_by(place, f64::total_cmp).1
+    };
     (at(0.95) - at(0.05)) / 3.29
 }
 
@@ -196,6 +201,7 @@ impl Search<'_> {
     fn inside(&mut self) -> Vec<Spike> {
         let n = self.y.len();
         self.first = (0..n)
+            .into_par_iter()
             .map(|k| compare(self.time, self.y, k, &self.aside).z())
             .collect();
         let (mut found, mut cured) = (Vec::new(), 0);

@@ -224,7 +224,7 @@ impl<'d> Comparison<'_, 'd> {
             &pieces,
             &start,
             &limits,
-            &mut |_| (),
+            &mut output_error::silent,
         ))
     }
 

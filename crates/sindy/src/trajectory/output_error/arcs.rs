@@ -158,6 +158,11 @@ impl Normal {
         self.moves.len()
     }
 
+    /// Whether an arc has as many nodes.
+    pub(super) fn reaches(&self, nodes: usize) -> bool {
+        self.moves.iter().any(|a| a.nodes.len() >= nodes)
+    }
+
     /// The arcs as record, first node and number of nodes.
     pub(super) fn cuts(&self) -> impl Iterator<Item = (usize, usize, usize)> {
         self.moves

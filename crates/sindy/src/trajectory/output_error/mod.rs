@@ -55,6 +55,8 @@ pub(crate) use search::irrelevant;
 pub use search::search;
 pub use system::System;
 
+use std::ops::ControlFlow;
+
 use nalgebra::DMatrix;
 
 use crate::model::Interpolation;
@@ -113,6 +115,37 @@ pub struct Step<'a> {
     pub terms: usize,
     /// Root mean square of the residual of each state.
     pub sigma: &'a [f64],
+    /// Where the steps over arcs of one length ended, if they did.
+    pub settled: Option<Settled>,
+}
+
+/// Goes on after every step, and says nothing.
+pub fn silent(_: Step<'_>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// Where the steps over arcs of one length ended.
+#[derive(Clone, Debug)]
+pub struct Settled {
+    /// Nodes of an arc, at most.
+    pub longest: usize,
+    /// Coefficients of all candidates.
+    pub coefficients: Vec<f64>,
+    /// Their standard errors, 0 outside the support.
+    pub std_errors: Vec<f64>,
+}
+
+impl Settled {
+    /// Whether a search that settled there goes on as one that settled here: from the same terms, and from coefficients that differ
+    /// by less than another step would move them.
+    #[must_use]
+    pub fn meets(&self, other: &Self) -> bool {
+        let all = self.coefficients.iter().zip(&other.coefficients);
+        self.longest == other.longest
+            && all.zip(&self.std_errors).all(|((own, other), error)| {
+                (*own != 0.0) == (*other != 0.0) && (own - other).abs() <= search::SETTLED * error
+            })
+    }
 }
 
 /// The best terms of one number for one equation, the others held.

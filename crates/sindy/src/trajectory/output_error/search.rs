@@ -1,5 +1,7 @@
 //! The search: Gauss–Newton steps, each with a choice among all candidates.
 
+use std::ops::ControlFlow;
+
 use nalgebra::DVector;
 
 use super::arcs::{Normal, linearise};
@@ -10,7 +12,7 @@ use super::multiples::multiples;
 use super::noise::Trace;
 use super::record::Record;
 use super::system::System;
-use super::{OutputErrorFit, Piece, Settings, Start, Step};
+use super::{OutputErrorFit, Piece, Settings, Settled, Start, Step};
 use crate::solve::outcome::Outcome;
 
 /// By how much longer the next arcs are. Twofold growth takes twice as many stages to the same end.
@@ -55,13 +57,13 @@ struct StepResult {
     part: f64,
 }
 
-/// Runs the search; `None` where no trajectory could be followed.
+/// Runs the search; `None` where no trajectory could be followed, or where `progress` ends it.
 pub fn search(
     system: &System,
     pieces: &[Piece<'_>],
     start: &Start,
     settings: &Settings,
-    progress: &mut dyn FnMut(Step<'_>),
+    progress: &mut dyn FnMut(Step<'_>) -> ControlFlow<()>,
 ) -> Option<OutputErrorFit> {
     let records: Vec<Record> = pieces.iter().map(Record::new).collect();
     let nodes = records.iter().map(|r| r.rows.len()).max()?;
@@ -89,13 +91,18 @@ pub fn search(
         at_length += 1;
         let normal = linearise(&state.follow(), &state.records, &mut breaks)?;
         let taken = state.step(&normal, groups, settings, at_length == 1, start)?;
-        progress(Step {
+        let settled = taken.chosen.same && taken.chosen.moved < SETTLED && taken.part == 1.0;
+        let step = Step {
             step: iterations,
             terms: state.xi.iter().filter(|c| **c != 0.0).count(),
             sigma: &state.sigma,
-        });
-        let settled = taken.chosen.same && taken.chosen.moved < SETTLED && taken.part == 1.0;
+            settled: settled.then(|| state.settled(&taken)),
+        };
+        if progress(step).is_break() {
+            return None;
+        }
         let done = settled && taken.chosen.moved < DONE;
+        
         last = Some(taken);
         if state.cut.longest >= nodes {
             if done && !state.refine_steps() {
@@ -104,7 +111,11 @@ pub fn search(
             }
         } else if settled || at_length >= PATIENCE {
             state.refine_steps();
-            state.cut.longest = (state.cut.longest * ARC_GROWTH).min(nodes);
+            // Where chaos has ended every arc, a longer limit cuts them as no limit does.
+            state.cut.longest = match normal.reaches(state.cut.longest) {
+                true => (state.cut.longest * ARC_GROWTH).min(nodes),
+                false => nodes,
+            };
             at_length = 0;
             breaks = None;
         }
@@ -127,6 +138,14 @@ impl State<'_> {
             sigma: &self.sigma,
             colour: &self.colour,
             cut: self.cut,
+        }
+    }
+
+    fn settled(&self, taken: &StepResult) -> Settled {
+        Settled {
+            longest: self.cut.longest,
+            coefficients: self.xi.iter().copied().collect(),
+            std_errors: taken.chosen.std_errors(&self.xi),
         }
     }
 

@@ -181,6 +181,7 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
     let mut steps = 0;
     let found = search(&system, &[piece], &start, &Settings::default(), &mut |_| {
         steps += 1;
+        ControlFlow::Continue(())
     })
     .unwrap();
     assert_eq!(found.outcome, Outcome::Converged);
@@ -232,7 +233,7 @@ fn analytic_the_penalty_counts_the_candidates_that_were_left_out_before() {
             term_rms: vec![1.0; 4],
             chosen_from,
         };
-        search(&system, &[piece], &start, &Settings::default(), &mut |_| ()).unwrap()
+        search(&system, &[piece], &start, &Settings::default(), &mut silent).unwrap()
     };
     let (own, of_thousand) = (of(4), of(1000));
     // 2 ln P, P = 1000 for 4: the rest is the same number.
@@ -270,7 +271,7 @@ fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<OutputErrorFit> {
         term_rms: vec![1.0; 4],
         chosen_from: 4,
     };
-    search(&system, &[piece], &start, &Settings::default(), &mut |_| ())
+    search(&system, &[piece], &start, &Settings::default(), &mut silent)
 }
 
 #[test]

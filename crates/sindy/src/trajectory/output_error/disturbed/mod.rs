@@ -35,6 +35,8 @@ mod squares;
 mod tests;
 mod variances;
 
+use std::ops::ControlFlow;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -98,13 +100,13 @@ struct Total {
     passes: Vec<Pass>,
 }
 
-/// Runs the search; `None` where the filter leaves the finite numbers.
+/// Runs the search; `None` where the filter leaves the finite numbers, or where `progress` ends it.
 pub(crate) fn search(
     system: &System,
     pieces: &[Piece<'_>],
     (start, sources): (&Start, Sources),
     settings: &Settings,
-    progress: &mut dyn FnMut(Step<'_>),
+    progress: &mut dyn FnMut(Step<'_>) -> ControlFlow<()>,
 ) -> Option<OutputErrorFit> {
     let records: Vec<Record> = pieces.iter().map(Record::new).collect();
     let mut state = Disturbed {
@@ -138,11 +140,15 @@ pub(crate) fn search(
         if part == 1.0 {
             chosen.clear(&mut state.xi);
         }
-        progress(Step {
+        let step = Step {
             step: iterations,
             terms: state.xi.iter().filter(|c| **c != 0.0).count(),
             sigma: &start.sigma,
-        });
+            settled: None,
+        };
+        if progress(step).is_break() {
+            return None;
+        }
         let settled = chosen.same && chosen.moved < SETTLED && part == 1.0;
         let done = settled && chosen.moved < DONE && settled_noise;
         last = Some(chosen);

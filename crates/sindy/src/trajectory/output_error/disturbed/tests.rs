@@ -3,6 +3,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
+use crate::trajectory::output_error::silent;
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
 
@@ -72,7 +73,7 @@ impl Relaxation {
             colour: Vec::new(),
         };
         let settings = Settings::default();
-        search(&system, &[piece], (&start, sources), &settings, &mut |_| ()).unwrap()
+        search(&system, &[piece], (&start, sources), &settings, &mut silent).unwrap()
     }
 }
 
@@ -194,7 +195,7 @@ fn prop_a_state_without_noise_ends_the_search_as_soon_as_others() {
     };
     let settings = Settings::default();
     let by = (&start, Sources::Both);
-    let fit = search(&system, &[piece], by, &settings, &mut |_| ()).unwrap();
+    let fit = search(&system, &[piece], by, &settings, &mut silent).unwrap();
     // Its variances fall from step to step without end.
     assert_eq!(fit.outcome, Outcome::Converged);
     assert!(fit.iterations <= 20, "{}", fit.iterations);
@@ -240,7 +241,7 @@ fn prop_values_beyond_the_finite_numbers_end_the_search() {
         &[piece],
         (&start, Sources::Both),
         &Settings::default(),
-        &mut |_| (),
+        &mut silent,
     );
     assert!(found.is_none());
 }
