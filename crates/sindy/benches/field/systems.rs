@@ -1,11 +1,13 @@
 //! Systems with known equations. None of them was used to choose a setting.
 
+mod damping;
 mod diffusions;
 mod hybrid;
 mod maps;
 mod positions;
 mod stiff;
 
+pub(crate) use damping::*;
 pub(crate) use diffusions::*;
 pub(crate) use hybrid::*;
 pub(crate) use maps::*;

@@ -3,9 +3,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::trajectory::output_error::silent;
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
+use crate::trajectory::output_error::silent;
 
 const H: f64 = 0.05;
 
