@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::absent::Absent;
 use super::all_rows::OnAllRows;
 use super::disturbed::{Surprises, Way, sources};
 use super::evidence::TermEvidence;
@@ -62,6 +63,8 @@ pub(super) struct FollowedModel {
     pub is_ambiguous: bool,
     /// What was seen of its terms on all rows, where they were chosen on a part of them.
     pub on_all_rows: Option<OnAllRows>,
+    /// A term that no library has and the data speak for.
+    pub absent: Option<Absent>,
 }
 
 impl FollowedModel {
@@ -129,6 +132,7 @@ impl IdentificationRun<'_> {
             if let Some(screen) = &screen {
                 screen.widen(&mut found);
             }
+            found.absent = self.absent(&found, search.pieces);
             Some(found)
         };
         let mut found = with_inputs(&self.inputs.between);
@@ -357,6 +361,7 @@ impl IdentificationRun<'_> {
                         surprises: None,
                         is_ambiguous: false,
                         on_all_rows: None,
+                        absent: None,
                     });
                 }
             }

@@ -41,6 +41,7 @@
 //! [`Identification`] holds the choice, its reason, and every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
+mod absent;
 mod all_rows;
 mod conserve;
 mod contradictions;

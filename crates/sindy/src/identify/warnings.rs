@@ -177,6 +177,8 @@ impl IdentificationRun<'_> {
             ));
         }
         out.extend(self.warnings_of_disturbance(followed));
+        let absent = followed.absent.as_ref();
+        out.extend(absent.map(|a| a.warning(self.data.states())));
         if fit.outcome != Outcome::Converged {
             out.push(format!(
                 "the output error did not converge in {} steps",

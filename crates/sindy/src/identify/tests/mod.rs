@@ -1,3 +1,4 @@
+mod absent;
 mod all_rows;
 mod diffusion;
 mod disturbed;

@@ -29,6 +29,7 @@
 //! J. Chen, Z. Chen, "Extended Bayesian information criteria for model selection with large model
 //! spaces", Biometrika 95 (2008).
 
+mod absent;
 mod adaptive;
 mod arcs;
 mod choice;
@@ -45,6 +46,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use absent::gains;
 pub use disturbed::{Diffusion, Disturbance, Sources};
 pub use exchange::Exchange;
 use follow::{ArcSettings, Follow};
@@ -70,6 +72,7 @@ const FREE_NODES: usize = 8;
 pub(crate) const FIRST_ARC: usize = 4;
 
 /// A stretch of data with a first guess of its trajectory.
+#[derive(Clone)]
 pub struct Piece<'a> {
     /// Times, increasing.
     pub time: &'a [f64],

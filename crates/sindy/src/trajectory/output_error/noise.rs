@@ -59,7 +59,7 @@ pub(crate) fn is_white(system: &System, pieces: &[Piece<'_>], fit: &OutputErrorF
 }
 
 /// Records with their trajectories where a fit has them.
-fn at(pieces: &[Piece<'_>], fit: &OutputErrorFit) -> Vec<Record> {
+pub(super) fn at(pieces: &[Piece<'_>], fit: &OutputErrorFit) -> Vec<Record> {
     let mut records: Vec<Record> = pieces.iter().map(Record::new).collect();
     for (record, nodes) in records.iter_mut().zip(&fit.trace.nodes) {
         record.nodes.clone_from(nodes);
@@ -68,7 +68,11 @@ fn at(pieces: &[Piece<'_>], fit: &OutputErrorFit) -> Vec<Record> {
 }
 
 /// The model of a fit, followed in arcs of at most `longest` nodes.
-fn followed<'a>(system: &'a System, fit: &'a OutputErrorFit, longest: usize) -> Follow<'a> {
+pub(super) fn followed<'a>(
+    system: &'a System,
+    fit: &'a OutputErrorFit,
+    longest: usize,
+) -> Follow<'a> {
     Follow {
         system,
         coefficients: &fit.coefficients,

@@ -207,6 +207,24 @@ pub(crate) fn innovations(
     Some(out)
 }
 
+/// The normal equations of all candidates, around coefficients and noise of a fit.
+pub(super) fn normal(
+    system: &System,
+    pieces: &[Piece<'_>],
+    coefficients: &[f64],
+    (noise, substeps): (&Disturbance, usize),
+) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    let state = Disturbed {
+        system,
+        records: pieces.iter().map(Record::new).collect(),
+        xi: DVector::from_column_slice(coefficients),
+        noise: noise.clone(),
+        substeps,
+    };
+    let total = state.total()?;
+    Some((total.xtx, total.xty))
+}
+
 /// Innovations by record, state and row.
 fn series(passes: &[Pass]) -> Vec<Vec<Vec<f64>>> {
     passes.iter().map(|p| p.innovations.clone()).collect()
