@@ -66,8 +66,8 @@ struct Candidate {
 impl IdentificationRun<'_> {
     /// The term that explains most of what the fit leaves, where no chance does.
     pub(super) fn absent(&self, found: &FollowedModel, pieces: &[Piece<'_>]) -> Option<Absent> {
-        // Of a map the error of the next sample is tested; under invariants fields are the candidates.
-        if self.settings.discrete || self.conserved.is_some() {
+        // Under invariants fields are the candidates.
+        if self.conserved.is_some() {
             return None;
         }
         let with_time = self.diffusion.is_none() && !self.data.names().contains(&TIME.to_owned());

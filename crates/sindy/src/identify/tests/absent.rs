@@ -104,3 +104,31 @@ fn prop_true_models_are_rarely_doubted() {
     // At a level of one in a thousand, two of twenty are doubted in 2 of 10 000 tests.
     assert!(doubted < 2, "{doubted}");
 }
+
+#[test]
+fn analytic_a_map_that_is_no_polynomial_is_missed() {
+    let mut rng = Pcg64::seed_from_u64(5);
+    let mut data = Dataset::new(&["x"], &[]).unwrap();
+    let mut x: f64 = 0.4;
+    let step = |_| {
+        let noise: f64 = StandardNormal.sample(&mut rng);
+        let row = x + 0.005 * noise;
+        x = 0.93 * (std::f64::consts::PI * x).sin();
+        row
+    };
+    let rows: Vec<f64> = (0..300).map(step).collect();
+    let time = (0..300).map(f64::from).collect();
+    data.push("run", time, vec![rows], None).unwrap();
+    let names = ["1", "x", "x^2", "x^3"];
+    let with_sine = ["1", "x", "x^2", "x^3", "sin(3.141592653589793*x)"];
+    for (names, lacks) in [(&names[..], true), (&with_sine[..], false)] {
+        let settings = Settings {
+            discrete: true,
+            ..Settings::default()
+        };
+        let identify = Identify::new(Library::parse(names).unwrap());
+        let identify = identify.settings(settings).unwrap();
+        let found = identify.run(&data, &mut quiet()).unwrap();
+        assert_eq!(!named(&found).is_empty(), lacks, "{:?}", found.warnings);
+    }
+}
