@@ -231,13 +231,11 @@ fn shapes(names: &[String], sizes: &[f64]) -> Vec<Expr> {
             format!("{s}^5"),
         ]);
     }
-    let pairs = |each: &mut dyn FnMut(&(String, f64), &(String, f64))| {
-        for (i, a) in moving.iter().enumerate() {
-            moving[i + 1..].iter().for_each(|b| each(a, b));
-        }
-    };
-    pairs(&mut |(s, _), (r, _)| texts.push(format!("{s}*{r}")));
-    pairs(&mut |(s, size), (r, other)| {
+    let others = |i: usize| moving[i + 1..].iter().map(move |b| (i, b));
+    let pairs = || (0..moving.len()).flat_map(others);
+    texts.extend(pairs().map(|(i, (r, _))| format!("{}*{r}", moving[i].0)));
+    for (i, (r, other)) in pairs() {
+        let (s, size) = &moving[i];
         texts.extend([
             format!("{s}^2*{r}"),
             format!("{s}*{r}^2"),
@@ -249,7 +247,7 @@ fn shapes(names: &[String], sizes: &[f64]) -> Vec<Expr> {
             format!("{s}^2*{r}^2"),
             format!("{s}*{r}^3"),
         ]);
-    });
+    }
     for (i, (a, _)) in moving.iter().enumerate() {
         for (j, (b, _)) in moving.iter().enumerate().skip(i + 1) {
             let last = moving.iter().skip(j + 1);

@@ -94,5 +94,9 @@ mod tests {
             // Rounding of well-conditioned systems.
             assert!((found[j] - fall).abs() < 1e-12, "{j}: {} {fall}", found[j]);
         }
+        // Of no terms at all: what one column explains.
+        let none = of_normal(&theta.tr_mul(&theta), &theta.tr_mul(&y), &[0.0; 4]).unwrap();
+        let fall = y.norm_squared() - residual(&[2]);
+        assert!((none[2] - fall).abs() < 1e-12, "{} {fall}", none[2]);
     }
 }
