@@ -1,6 +1,6 @@
 //! Terms that no library has.
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
@@ -77,6 +77,39 @@ fn analytic_a_slow_drive_that_is_not_in_the_data_is_missed() {
         panic!("{:?}", found.warnings);
     };
     assert!(warning.contains("*t)"), "{warning}");
+}
+
+#[test]
+fn analytic_the_lag_of_an_actuator_is_missed() {
+    let mut rng = Pcg64::seed_from_u64(7);
+    let mut data = Dataset::new(&["x", "v"], &["u"]).unwrap();
+    let (mut x, mut v, mut force, mut u) = (0.0, 0.0, 0.0, 0.0);
+    let mut columns = vec![Vec::new(), Vec::new(), Vec::new()];
+    for k in 0..500 {
+        if k % 15 == 0 {
+            u = rng.random_range(-1.0..1.0);
+        }
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        columns[0].push(x + 0.02 * normal());
+        columns[1].push(v + 0.02 * normal());
+        columns[2].push(u);
+        let h: f64 = 0.1 / 50.0;
+        for _ in 0..50 {
+            let (a, slope) = (force - 0.5 * v - x, 3.0 * (u - force));
+            (x, v, force) = (x + h * v, v + h * a, force + h * slope);
+        }
+    }
+    let time = (0..500).map(|k| 0.1 * f64::from(k)).collect();
+    data.push("run", time, columns, None).unwrap();
+    let identify = Identify::new(Library::polynomial(&["x", "v", "u"], 2).unwrap());
+    let found = identify.run(&data, &mut quiet()).unwrap();
+    let [warning] = named(&found)[..] else {
+        panic!("{:?}", found.warnings);
+    };
+    assert!(
+        warning.contains("equation of v: \"u after a lag of "),
+        "{warning}"
+    );
 }
 
 #[test]
