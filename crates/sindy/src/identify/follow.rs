@@ -306,8 +306,8 @@ impl IdentificationRun<'_> {
         let limits = self.limits(longest);
         let mut best: Option<FollowedModel> = None;
         let mut tried: Vec<Vec<bool>> = Vec::new();
-        // Where a search has settled that converged.
-        let mut known: Vec<Settled> = Vec::new();
+        // Where the searches that converged have settled on their way.
+        let mut on_the_way: Vec<Settled> = Vec::new();
         for (index, coefficients) in search.starts.iter().enumerate() {
             let support = support(coefficients);
             if tried.len() == STARTS || tried.contains(&support) {
@@ -328,7 +328,7 @@ impl IdentificationRun<'_> {
                 let Some(settled) = step.settled else {
                     return ControlFlow::Continue(());
                 };
-                met = known.iter().any(|point| point.meets(&settled));
+                met = on_the_way.iter().any(|point| point.meets(&settled));
                 points.push(settled);
                 match met {
                     true => ControlFlow::Break(()),
@@ -341,7 +341,7 @@ impl IdentificationRun<'_> {
             }
             let Some(fit) = found else { continue };
             if fit.outcome == Outcome::Converged {
-                known.append(&mut points);
+                on_the_way.append(&mut points);
             }
             match &best {
                 Some(b) if fit.score > b.fit.score - SAME_SCORE => {

@@ -1,9 +1,9 @@
 //! Whether terms that no library has explain a part of what a fit leaves.
 //!
-//! What a model lacks is rarely known. But a term of another shape is mostly correlated with what is missing: so a list of such terms,
-//! powers, products, kinks and saturations of states and inputs, lags of inputs and slow waves in time, is tried one by one by what it would gain
-//! ([`output_error::gains`]). The largest gain is judged by its probability where no term is missing, times the number that was
-//! tried (Bonferroni's inequality). Known terms are tried as well: one that gains has another coefficient.
+//! What a model lacks is rarely known. But a term of another shape is mostly correlated with what is missing. So a list of terms is
+//! tried one by one by what it would gain ([`output_error::gains`]): powers, products, kinks and saturations of states and inputs,
+//! lags of inputs, slow waves in time. The largest gain is judged by its probability where no term is missing, times the number
+//! of terms that were tried (Bonferroni's inequality). Known terms are tried as well: one that gains has another coefficient.
 
 mod others;
 
@@ -19,8 +19,10 @@ use crate::trajectory::output_error::{self, Piece, System};
 
 /// Level of the test. Every fit is tested: of true models one in a thousand is doubted.
 const LEVEL: f64 = 0.001;
-/// Shapes in all equations that are tried, and others, at most: normal equations of so many take as long as a step of the search.
+/// Shapes that are tried in all equations together, at most, and as many lags and waves: normal equations of so many terms take as
+/// long as a step of the search.
 const MOST: usize = 200;
+
 /// A term that would explain a part of what a fit leaves.
 #[derive(Clone, Debug)]
 pub(super) struct Absent {
@@ -43,8 +45,8 @@ impl Absent {
                  (p = {p:.0e}): the known part is not that of the data, or a term is not in the library"
             ),
             false => format!(
-                "equation of {state}: {term}, which is not in the library, would explain a part of what is left (p = {p:.0e}): a term \
-                 lacks there, this one or one like it"
+                "equation of {state}: {term}, which is not in the library, would explain a part of what is left (p = {p:.0e}): the \
+                 equation lacks this term or one like it"
             ),
         }
     }
@@ -152,7 +154,7 @@ impl IdentificationRun<'_> {
         let steps = self
             .stretches
             .iter()
-            .map(|s| s.time.len() - 1)
+            .map(|s| s.time.len().saturating_sub(1))
             .sum::<usize>();
         let spans = self.stretches.iter().filter_map(|s| match s.time {
             [first, .., last] => Some((*first, last - first)),
