@@ -1,4 +1,4 @@
-//! Whether terms that no library has explain a part of what a fit leaves.
+//! Whether terms that no library has explain a part of the residual of a fit.
 //!
 //! What a model lacks is rarely known. But a term of another shape is mostly correlated with what is missing. So a list of terms is
 //! tried one by one by what it would gain ([`output_error::gains`]): powers, products, kinks and saturations of states and inputs,
@@ -23,7 +23,7 @@ const LEVEL: f64 = 0.001;
 /// long as a step of the search.
 const MOST: usize = 200;
 
-/// A term that would explain a part of what a fit leaves.
+/// A term that would explain a part of the residual of a fit.
 #[derive(Clone, Debug)]
 pub(super) struct Absent {
     equation: usize,
@@ -41,11 +41,11 @@ impl Absent {
         let state = &states[self.equation];
         match self.known {
             true => format!(
-                "equation of {state}: with another coefficient the known term {term} would explain a part of what is left \
+                "equation of {state}: with another coefficient the known term {term} would explain a part of the residual \
                  (p = {p:.0e}): the known part is not that of the data, or a term is not in the library"
             ),
             false => format!(
-                "equation of {state}: {term}, which is not in the library, would explain a part of what is left (p = {p:.0e}): the \
+                "equation of {state}: {term}, which is not in the library, would explain a part of the residual (p = {p:.0e}): the \
                  equation lacks this term or one like it"
             ),
         }
@@ -62,7 +62,7 @@ struct Candidate {
 }
 
 impl IdentificationRun<'_> {
-    /// The term that explains most of what the fit leaves, where no chance does.
+    /// The term that would explain most of the residual, where chance does not.
     pub(super) fn absent(&self, found: &FollowedModel, pieces: &[Piece<'_>]) -> Option<Absent> {
         // Under invariants fields are the candidates.
         if self.conserved.is_some() {

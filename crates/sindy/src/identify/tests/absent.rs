@@ -55,7 +55,7 @@ fn analytic_a_kink_is_missed_by_name_and_not_where_the_library_has_it() {
     let friction = |_: f64, x: f64, v: f64| -3.0 * x - 0.08 * v - 0.12 * (25.0 * v).tanh();
     let data = record(&friction, 0.01, 1);
     let found = fit(&data, &[], &[]);
-    // Without it a cubic imitates the friction, and what is left is accepted as a disturbance.
+    // Without it a cubic imitates the friction, and the residual is accepted as a disturbance.
     let [warning] = named(&found)[..] else {
         panic!("{:?}", found.warnings);
     };

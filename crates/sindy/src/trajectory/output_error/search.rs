@@ -102,7 +102,6 @@ pub fn search(
             return None;
         }
         let done = settled && taken.chosen.moved < DONE;
-
         last = Some(taken);
         if state.cut.longest >= nodes {
             if done && !state.refine_steps() {
