@@ -132,7 +132,6 @@ impl IdentificationRun<'_> {
             if let Some(screen) = &screen {
                 screen.widen(&mut found);
             }
-            found.absent = self.absent(&found, search.pieces);
             Some(found)
         };
         let mut found = with_inputs(&self.inputs.between);
@@ -149,6 +148,10 @@ impl IdentificationRun<'_> {
             }
         }
         let mut found = found?;
+        let between = &self.inputs.between;
+        let rows = self.settings.rows;
+        let pieces = prepare::pieces(&self.stretches, states, slopes, between, rows);
+        found.absent = self.absent(&found, &pieces);
         self.on_all_rows(&mut found, slopes, &term_rms, progress);
         Some(found)
     }
