@@ -142,13 +142,14 @@ fn warnings(data: &Dataset, stretches: &[Stretch<'_>], found: &[Outlier]) -> Vec
 }
 
 impl Steps {
-    /// Whether one of the states is held over several rows.
+    /// Whether one of the states that move is held over several rows.
     fn are_held(&self, states: usize) -> bool {
         let keeps = |i: usize| {
             let pairs = self.points.iter().zip(&self.next);
             pairs.filter(|(own, next)| own[i] == next[i]).count()
         };
-        (0..states).any(|i| keeps(i) as f64 > HELD * self.points.len() as f64)
+        let most = HELD * self.points.len() as f64;
+        (0..states).any(|i| self.spread[i] > 0.0 && keeps(i) as f64 > most)
     }
 
     /// Rows beyond the level, in the order of time.

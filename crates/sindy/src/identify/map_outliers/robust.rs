@@ -113,7 +113,7 @@ pub(super) struct Steps {
     /// Steps that the map is estimated from, with their points in units of the spread.
     sample: Vec<usize>,
     scaled: Vec<Vec<f64>>,
-    spread: Vec<f64>,
+    pub spread: Vec<f64>,
 }
 
 impl Steps {
