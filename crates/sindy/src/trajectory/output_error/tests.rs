@@ -356,3 +356,19 @@ fn prop_every_change_of_the_search_keeps_the_signs_and_foresees_them() {
         assert!(holds(&search));
     }
 }
+
+/// Two searches from points that the same steps lead away from.
+#[test]
+fn prop_searches_meet_at_the_same_terms_and_coefficients() {
+    let at = |longest: usize, coefficients: [f64; 3]| Settled {
+        longest,
+        coefficients: coefficients.to_vec(),
+        std_errors: vec![0.2, 0.0, 0.1],
+    };
+    let here = at(16, [1.0, 0.0, -2.0]);
+    // A tenth of a standard error.
+    assert!(here.meets(&at(16, [1.019, 0.0, -2.009])));
+    assert!(!here.meets(&at(16, [1.021, 0.0, -2.0])));
+    assert!(!here.meets(&at(16, [1.0, 1e-9, -2.0])));
+    assert!(!here.meets(&at(64, [1.0, 0.0, -2.0])));
+}
