@@ -21,7 +21,7 @@ use crate::solve::sign::{self, Sign};
 use crate::solve::stepwise::{Direction, Stepwise};
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::{Accumulate, Gram};
-use crate::statistics::regression::{LastInverse, Refits};
+use crate::statistics::regression::{LastEigenspaces, Refits};
 use crate::statistics::tsqr::CONDITION_LIMIT;
 use crate::trajectory::output_error::irrelevant;
 use crate::weak::WeakForm;
@@ -271,7 +271,7 @@ pub(super) fn solve(
     }
     .points()?;
     let family = sr3_points(&points)?;
-    let inverses = Arc::<LastInverse>::default();
+    let inverses = Arc::<LastEigenspaces>::default();
     let equations: Vec<Equation> = statistics
         .grams
         .par_iter()
@@ -320,7 +320,7 @@ impl Equation {
         independent: f64,
         settings: &Settings,
         (family, points): (&dyn Family, usize),
-        inverses: Arc<LastInverse>,
+        inverses: Arc<LastEigenspaces>,
     ) -> Result<Self, SindyError> {
         let total = Gram::total(parts);
         if total.xty.is_empty() {

@@ -47,7 +47,7 @@ use crate::solve::sr3::{Problem, Scaling, Sr3};
 use crate::solve::stlsq::Stlsq;
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::{Gram, check};
-use crate::statistics::regression::LastInverse;
+use crate::statistics::regression::LastEigenspaces;
 use rule::best_score;
 pub(crate) use rule::{OneError, mean_and_error, within_one_error};
 
@@ -279,10 +279,10 @@ pub fn sr3_points(points: &[(f64, f64)]) -> Result<impl Family + use<>, SindyErr
         .map(|&(lambda, nu)| Sr3::new(lambda, nu))
         .collect::<Result<Vec<_>, _>>()?;
     require(!solvers.is_empty(), "points", "at least one", "none")?;
-    let inverses = Arc::<LastInverse>::default();
+    let shared = Arc::<LastEigenspaces>::default();
     Ok(move |gram: &Gram| {
         check(gram)?;
-        let mut problem = Problem::sharing(gram, Scaling::UnitRms, inverses.clone());
+        let mut problem = Problem::sharing(gram, Scaling::UnitRms, shared.clone());
         let fit = |solver: &Sr3| {
             let s = solver.solve_again(&mut problem);
             Fit::new(gram, s.refit, s.support, s.outcome, s.iterations)

@@ -8,7 +8,11 @@ use nalgebra::{DMatrix, DVector};
 use super::{FixedPoint, Scaling, Solution};
 use crate::statistics::gram::Gram;
 use crate::statistics::normal::{solve_definite, solve_with_ridge};
-use crate::statistics::regression::{LastInverse, Refits, least_norm};
+use crate::statistics::regression::{LastEigenspaces, Refits, least_norm};
+
+/// The residual of a system that counts as solved, as a share of the right side. A dependent system from a Gram matrix has no more
+/// than half of the digits.
+const RESIDUAL: f64 = 1e-8;
 
 /// Statistics in one scaling, and what has been solved on them so far: a grid of λ and ν meets the same
 /// supports again and again.
@@ -33,7 +37,7 @@ impl<'g> Problem<'g> {
     }
 
     /// The same with what problems of the same terms have computed.
-    pub(crate) fn sharing(gram: &'g Gram, scaling: Scaling, inverses: Arc<LastInverse>) -> Self {
+    pub(crate) fn sharing(gram: &'g Gram, scaling: Scaling, shared: Arc<LastEigenspaces>) -> Self {
         let p = gram.xty.len();
         let (scale, weight) = match scaling {
             Scaling::None => (DVector::from_element(p, 1.0), 1.0),
@@ -59,7 +63,7 @@ impl<'g> Problem<'g> {
             scale,
             weight,
             fixed_points: HashMap::new(),
-            refits: Refits::new(gram, inverses),
+            refits: Refits::new(gram, shared),
         }
     }
 
@@ -77,10 +81,26 @@ impl<'g> Problem<'g> {
             None if whole && self.scaling == Scaling::UnitRms => {
                 self.refits.on(support).component_mul(&self.scale)
             }
-            None => fixed_point(&self.g, &self.b, support, nu),
+            None => self
+                .among_dependent(support, nu)
+                .unwrap_or_else(|| fixed_point(&self.g, &self.b, support, nu)),
         };
         self.fixed_points.insert(key, own.clone());
         own
+    }
+
+    /// The fixed point where all terms are dependent and few of them are excluded, from the eigenspaces that all supports share.
+    fn among_dependent(&self, support: &[bool], nu: f64) -> Option<DVector<f64>> {
+        if self.scaling == Scaling::None {
+            return None;
+        }
+        let excluded: Vec<usize> = (0..support.len()).filter(|&j| !support[j]).collect();
+        let spaces = self.refits.dependent()?;
+        // The matrix in this scaling is that of columns of unit length to rounding.
+        let own = spaces.with_ridge(&self.b, &excluded, 1.0 / nu)?;
+        let mut left = &self.g * &own - spaces.in_range(&self.b);
+        excluded.iter().for_each(|&j| left[j] += own[j] / nu);
+        (left.amax() <= RESIDUAL * self.b.amax()).then_some(own)
     }
 
     /// `1/2 |y - Θ ξ|²` in the problem's scaling.

@@ -1,14 +1,16 @@
 //! Least squares from sufficient statistics, and its standard errors.
 
 mod clusters;
+mod eigenspaces;
 mod least_norm;
 mod refits;
 
 use nalgebra::{DMatrix, DVector};
 
 pub use clusters::{ClusterErrors, Clusters, cluster_errors, student_95};
+pub(crate) use eigenspaces::{Eigenspaces, LastEigenspaces};
 pub(crate) use least_norm::least_norm;
-pub(crate) use refits::{LastInverse, Refits};
+pub(crate) use refits::Refits;
 
 use crate::statistics::gram::Gram;
 
@@ -30,7 +32,8 @@ pub fn least_squares(gram: &Gram, support: &[bool]) -> DVector<f64> {
     if normal.b.is_empty() {
         return DVector::zeros(support.len());
     }
-    normal.spread(&(pseudo_inverse(&normal.g) * &normal.b))
+    let spaces = Eigenspaces::of(normal.g.clone());
+    normal.spread(&spaces.least_norm(&normal.b))
 }
 
 /// The normal equations on a support, with columns of unit length.

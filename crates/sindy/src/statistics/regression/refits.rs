@@ -1,49 +1,30 @@
 //! Least squares on supports that are met again and again, and for equations that differ in their targets alone.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
-use super::{UnitLength, least_norm, pseudo_inverse};
+use super::{Eigenspaces, LastEigenspaces, UnitLength, least_norm};
 use crate::statistics::gram::Gram;
 use crate::statistics::normal::solve_definite;
-
-/// A symmetric matrix with its pseudo-inverse.
-type Inverted = (DMatrix<f64>, DMatrix<f64>);
-
-/// The last pseudo-inverse that was computed. The equations of a system have one matrix and differ in their targets.
-#[derive(Default)]
-pub(crate) struct LastInverse(Mutex<Option<Arc<Inverted>>>);
-
-impl LastInverse {
-    fn of(&self, g: DMatrix<f64>) -> Arc<Inverted> {
-        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = last.clone().filter(|known| known.0 == g);
-        // Unlocked: threads with other matrices do not wait for this one.
-        drop(last);
-        known.unwrap_or_else(|| {
-            let inverse = pseudo_inverse(&g);
-            let own = Arc::new((g, inverse));
-            *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(own.clone());
-            own
-        })
-    }
-}
 
 /// Least squares for one target, with what has been solved so far.
 pub(crate) struct Refits<'g> {
     pub(crate) gram: &'g Gram,
-    inverses: Arc<LastInverse>,
+    shared: Arc<LastEigenspaces>,
     solved: HashMap<Vec<bool>, DVector<f64>>,
+    /// Of all terms, where these are dependent and have been solved for.
+    whole: Option<Arc<Eigenspaces>>,
 }
 
 impl<'g> Refits<'g> {
-    pub(crate) fn new(gram: &'g Gram, inverses: Arc<LastInverse>) -> Self {
+    pub(crate) fn new(gram: &'g Gram, shared: Arc<LastEigenspaces>) -> Self {
         Self {
             gram,
-            inverses,
+            shared,
             solved: HashMap::new(),
+            whole: None,
         }
     }
 
@@ -57,8 +38,13 @@ impl<'g> Refits<'g> {
         own
     }
 
+    /// The eigenspaces of all terms with columns of unit length, where these are dependent and have been solved for.
+    pub(crate) fn dependent(&self) -> Option<&Eigenspaces> {
+        self.whole.as_deref()
+    }
+
     /// By Cholesky's factor; where that is close to singular of least norm, and where there is a triangular factor by that.
-    fn solve(&self, support: &[bool]) -> DVector<f64> {
+    fn solve(&mut self, support: &[bool]) -> DVector<f64> {
         if let Some(triangle) = &self.gram.triangle {
             return triangle.least_squares(support);
         }
@@ -66,7 +52,10 @@ impl<'g> Refits<'g> {
         let solution = solve_definite(&normal.g, &normal.b).unwrap_or_else(|| {
             // Other equations ask for all terms too, and rarely for the same part of them.
             if support.iter().all(|s| *s) {
-                &self.inverses.of(normal.g.clone()).1 * &normal.b
+                let spaces = self.shared.of(normal.g.clone());
+                let solution = spaces.least_norm(&normal.b);
+                self.whole = Some(spaces);
+                solution
             } else {
                 least_norm(&normal.g, &normal.b)
             }
@@ -77,6 +66,8 @@ impl<'g> Refits<'g> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DMatrix;
+
     use super::*;
     use crate::statistics::regression::least_squares;
 
@@ -106,7 +97,7 @@ mod tests {
                 xty: DVector::from_fn(80, |j, _| first.xtx[(j, 3)] - 2.0 * first.xtx[(j, 7)]),
                 ..first.clone()
             };
-            let shared = Arc::new(LastInverse::default());
+            let shared = Arc::new(LastEigenspaces::default());
             for of in [&first, &second, &first] {
                 let mut refits = Refits::new(of, shared.clone());
                 for terms in [80, 79, 10] {
