@@ -45,6 +45,11 @@ pub(crate) fn of(error: &sindy::SindyError) -> PyErr {
             let expected = "a sum of squares from 1e-290 to 1e308".to_owned();
             (what.clone(), expected, format!("{found:e}"))
         }
+        E::Magnitude {
+            what,
+            expected,
+            found,
+        } => (what.clone(), expected.clone(), format!("{found:e}")),
         E::TimeNotIncreasing { index } => {
             let found = format!("sample {index} is not after the one before");
             ("t".to_owned(), "increasing times".to_owned(), found)

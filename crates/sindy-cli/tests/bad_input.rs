@@ -252,6 +252,10 @@ fn prop_values_that_are_no_data() {
     );
     let gaps = csv("t,x", 50, |i| vec![0.1 * i as f64, f64::NAN]).replace("NaN", "");
     refused(2, "a.csv", &gaps, "--states x", &["a.csv"]);
+    // The row that is short is why too few are left.
+    let short = "t,x\n0,1\n1,2\n2\n3,4\n";
+    let says = ["expected 2 cells, found 1", "line 4", "expected 4, found 3"];
+    refused(2, "a.csv", short, "--states x --library poly(2)", &says);
 }
 
 #[test]
@@ -262,7 +266,12 @@ fn prop_values_too_large_to_reckon_with() {
             vec![t, size * (-t).exp()]
         })
     };
-    let says = ["1e300 in column `x`", "a.csv at time 0", "at most 1e150"];
+    let says = [
+        "column `x` of",
+        "a.csv at time 0",
+        "values of at most 1e150",
+        "found 1e300",
+    ];
     refused(2, "a.csv", &decay(1e300), "--states x", &says);
     let says = ["term `x^3`", "give the data another unit"];
     refused(2, "a.csv", &decay(1e60), "--states x", &says);

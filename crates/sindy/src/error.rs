@@ -53,6 +53,16 @@ pub enum SindyError {
         /// The sum of squares as it came out.
         found: f64,
     },
+    /// Values that are too large or too small to be reckoned with.
+    #[error("{what}: expected {expected}, found {found:e}: give the data another unit")]
+    Magnitude {
+        /// The column, and where in it.
+        what: String,
+        /// The allowed values.
+        expected: String,
+        /// The given value.
+        found: f64,
+    },
     /// Time that stands still or runs backwards.
     #[error("time does not increase at sample {index}")]
     TimeNotIncreasing {

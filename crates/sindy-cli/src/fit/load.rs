@@ -50,7 +50,7 @@ pub(super) fn train(terminal: &Terminal, args: &FitArgs) -> Result<Train> {
     }
     let data = dataset(trajectories, &args.states, &inputs, &files)?;
     if args.discrete || !delays.is_empty() || !data.lacks_single_values() {
-        check_rows(&data, &files)?;
+        check_rows(&data, &files).inspect_err(|_| warn(terminal, &files))?;
     }
     Ok(Train {
         data,
@@ -99,6 +99,12 @@ pub(crate) fn check_rows(data: &Dataset, files: &[FileReport]) -> Result<()> {
             report.missing_rows
         ),
     ))
+}
+
+/// Says what was found wrong in the files: rows that could not be read may be why too few are left.
+pub(super) fn warn(terminal: &Terminal, files: &[FileReport]) {
+    let all = files.iter().flat_map(|f| &f.warnings);
+    all.for_each(|warning| terminal.warn(warning));
 }
 
 fn names(files: &[FileReport]) -> String {

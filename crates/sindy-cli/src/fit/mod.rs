@@ -173,6 +173,7 @@ fn fit(
         .run(&train.data, &mut |progress| {
             terminal.busy(&stage(&progress, steps, Some(rows)));
         })
+        .inspect_err(|_| load::warn(terminal, &train.files))
         .map_err(Error::refused(files(args)))?;
     if !args.past.is_empty() {
         found.model = past::model(&found.model, &args.inputs, report.period)?;

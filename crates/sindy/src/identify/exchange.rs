@@ -1,4 +1,6 @@
-//! Other terms in place of one that are about as likely.
+//! Other terms that are about as likely: in place of one or two, or beside them.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::evidence::TermEvidence;
 use super::rank::RankedModel;
@@ -12,10 +14,12 @@ use crate::trajectory::output_error::{Exchange, OutputErrorFit, exchange};
 
 /// Exchanges that a warning names for each equation, the likeliest.
 const NAMED: usize = 4;
+/// Level at which terms that are left out are tested, all of a fit together.
+const LEVEL: f64 = 0.05;
 
 /// Odds of all exchanges of candidate `j` against the model.
 pub(super) fn odds(exchanges: &[Exchange], j: usize) -> f64 {
-    let own = exchanges.iter().filter(|e| e.dropped == j);
+    let own = exchanges.iter().filter(|e| e.dropped.contains(&j));
     own.map(|e| (-0.5 * e.cost).exp()).sum()
 }
 
@@ -23,9 +27,30 @@ pub(super) fn odds(exchanges: &[Exchange], j: usize) -> f64 {
 pub(super) fn of_output_error(found: &OutputErrorFit) -> Vec<Exchange> {
     let of = |e: &Exchange| Exchange {
         cost: e.cost / found.correlation,
-        ..*e
+        ..e.clone()
     };
     found.exchanges.iter().map(of).collect()
+}
+
+/// The terms that are left out although each is significant among all that are: the data ask for it, and only the penalty is against
+/// it. A model that lacks nothing has one in [`LEVEL`] of the fits.
+fn additions(found: &OutputErrorFit, has_sign: &[bool]) -> Vec<Exchange> {
+    let absent: Vec<usize> = (0..found.coefficients.len())
+        .filter(|&j| found.coefficients[j] == 0.0 && !has_sign[j])
+        .collect();
+    let Ok(chi) = ChiSquared::new(1.0) else {
+        return Vec::new();
+    };
+    let penalty = found.penalty - found.correlation.ln();
+    let of = |&j: &usize| {
+        let gain = (found.evidence[j] + found.penalty) / found.correlation;
+        (absent.len() as f64 * chi.sf(gain) < LEVEL).then(|| Exchange {
+            dropped: Vec::new(),
+            added: vec![j],
+            cost: penalty - gain,
+        })
+    };
+    absent.iter().filter_map(of).collect()
 }
 
 /// The exchanges of a regression, each over the rows that count for its term.
@@ -37,7 +62,11 @@ fn of_regression(
 ) -> Vec<Exchange> {
     let left = fit.residual_sum.max(f64::MIN_POSITIVE);
     let of = |e: Exchange| Exchange {
-        cost: evidence[e.dropped].rows * (e.cost / left).ln_1p(),
+        cost: e
+            .dropped
+            .iter()
+            .map(|&k| evidence[k].rows * (e.cost / left).ln_1p())
+            .fold(f64::INFINITY, f64::min),
         ..e
     };
     let all = exchange::of_regression(total, &fit.coefficients, fit.residual_sum, signs);
@@ -66,8 +95,8 @@ impl IdentificationRun<'_> {
                 evidence.exchanged = odds(&exchanges, j);
             }
             out.extend(exchanges.into_iter().map(|e| Exchange {
-                dropped: first + e.dropped,
-                added: first + e.added,
+                dropped: e.dropped.iter().map(|k| first + k).collect(),
+                added: e.added.iter().map(|k| first + k).collect(),
                 ..e
             }));
             first += fit.support.len();
@@ -75,7 +104,22 @@ impl IdentificationRun<'_> {
         out
     }
 
-    /// A warning for each equation that is about as likely with another term in place of one: within odds of 20 to 1.
+    /// What [`as_likely`](Self::as_likely) says of an output error fit.
+    pub(super) fn as_likely_trajectories(&self, fit: &OutputErrorFit) -> Vec<String> {
+        let mut all = of_output_error(fit);
+        // Under invariants a candidate is no term of one equation.
+        if self.conserved.is_none() {
+            let mut has_sign = Vec::new();
+            for ((library, _), signs) in self.libraries.iter().zip(&self.signs) {
+                let sign = |j: usize| signs.get(j).is_some_and(|sign| *sign != Sign::Any);
+                has_sign.extend((0..library.len()).map(sign));
+            }
+            all.extend(additions(fit, &has_sign));
+        }
+        self.as_likely(&all)
+    }
+
+    /// A warning for each equation that is about as likely with other terms: within odds of 20 to 1.
     pub(super) fn as_likely(&self, exchanges: &[Exchange]) -> Vec<String> {
         let mut out = Vec::new();
         let mut first = 0;
@@ -84,11 +128,14 @@ impl IdentificationRun<'_> {
             first = own.end;
             let mut likely: Vec<&Exchange> = exchanges
                 .iter()
-                .filter(|e| own.contains(&e.dropped) && e.cost < TWENTY_TO_ONE)
+                .filter(|e| own.contains(&e.added[0]) && e.cost < TWENTY_TO_ONE)
                 .collect();
             likely.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             likely.truncate(NAMED);
-            let name = |j: usize| &library.names()[j - own.start];
+            let names = |terms: &[usize]| -> String {
+                let names = terms.iter().map(|j| &library.names()[j - own.start][..]);
+                names.collect::<Vec<&str>>().join(" and ")
+            };
             let text: Vec<String> = likely
                 .iter()
                 .map(|e| {
@@ -97,11 +144,11 @@ impl IdentificationRun<'_> {
                         true => format!("{odds:.1} to 1"),
                         false => format!("1 to {odds:.1}"),
                     };
-                    format!(
-                        "{} instead of {} (odds {odds})",
-                        name(e.added),
-                        name(e.dropped)
-                    )
+                    let added = names(&e.added);
+                    match &e.dropped[..] {
+                        [] => format!("{added} beside them (odds {odds})"),
+                        dropped => format!("{added} instead of {} (odds {odds})", names(dropped)),
+                    }
                 })
                 .collect();
             if !text.is_empty() {

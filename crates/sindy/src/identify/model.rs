@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use super::all_rows::OnAllRows;
 use super::evidence::{TermEvidence, intervals, of_regression, without_doubtful};
-use super::exchange;
 use super::follow::FollowedModel;
 use super::rank::RankedModel;
 use super::regress::{FRONT_NODES, Statistics, signed_subsets};
@@ -163,7 +162,7 @@ impl IdentificationRun<'_> {
         out.extend(self.lack_of_map(model, Some(followed))?);
         out.extend(self.no_diffusion(fit));
         out.extend(self.warnings_of_multiples(fit));
-        out.extend(self.as_likely(&exchange::of_output_error(fit)));
+        out.extend(self.as_likely_trajectories(fit));
         out.extend(doubtful(model));
         Ok(out)
     }

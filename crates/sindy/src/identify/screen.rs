@@ -94,8 +94,8 @@ impl Screen {
         fit.std_errors = self.wide(&fit.std_errors, 0.0);
         fit.evidence = self.wide(&fit.evidence, f64::NEG_INFINITY);
         for exchange in &mut fit.exchanges {
-            exchange.dropped = self.kept[exchange.dropped];
-            exchange.added = self.kept[exchange.added];
+            let terms = exchange.dropped.iter_mut().chain(&mut exchange.added);
+            terms.for_each(|term| *term = self.kept[*term]);
         }
         for alternative in fit.fronts.iter_mut().flatten() {
             for j in &mut alternative.support {

@@ -14,11 +14,11 @@ pub(super) fn check(data: &Dataset) -> Result<(), SindyError> {
         for (name, column) in data.names().iter().zip(&t.columns) {
             let too_large = |v: &&f64| v.abs() > LARGEST;
             if let Some((value, time)) = column.iter().zip(&t.time).find(|(v, _)| too_large(v)) {
-                return Err(SindyError::setting(
-                    "size of values",
-                    format!("at most {LARGEST:e}"),
-                    format!("{value:e} in column `{name}` of {} at time {time}", t.name),
-                ));
+                return Err(SindyError::Magnitude {
+                    what: format!("column `{name}` of {} at time {time}", t.name),
+                    expected: format!("values of at most {LARGEST:e}"),
+                    found: *value,
+                });
             }
         }
     }
@@ -26,11 +26,11 @@ pub(super) fn check(data: &Dataset) -> Result<(), SindyError> {
         let values = data.trajectories().iter().flat_map(|t| &t.columns[i]);
         let largest = values.fold(0.0_f64, |m, v| m.max(v.abs()));
         if largest > 0.0 && largest < SMALLEST {
-            return Err(SindyError::setting(
-                "size of values",
-                format!("some above {SMALLEST:e}, or all 0"),
-                format!("{largest:e} at most in column `{name}`"),
-            ));
+            return Err(SindyError::Magnitude {
+                what: format!("largest value of column `{name}`"),
+                expected: format!("at least {SMALLEST:e}, or 0"),
+                found: largest,
+            });
         }
     }
     Ok(())

@@ -1,13 +1,13 @@
-//! Other terms in place of one: how much worse a model is with one term exchanged.
+//! Other terms in place of some: how much worse a model is with one term or two exchanged.
 //!
-//! With the matrix of `[X | r]` swept on the support (see [`Search`]), `1/d` the square of what the other terms leave of term `k`, and
-//! `a` its coefficient, dropping `k` raises the sum of squares by `a²/d`, and adding `j` then lowers it again:
+//! With the matrix T of `[X | r]` swept on the support (see [`Search`]), dropping the terms K with the coefficients `a` raises the sum
+//! of squares, and adding as many terms J then lowers it again:
 //!
 //! ```text
-//! cost = a²/d - (t_jr + t_jk a/d)² / (t_jj + t_jk²/d),        d = -t_kk
+//! cost = aᵀ D⁻¹ a - sᵀ S⁻¹ s,        D = -T_KK,    s = T_Jr + T_JK D⁻¹ a,    S = T_JJ + T_JK D⁻¹ T_KJ
 //! ```
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use super::select::{DEPENDENT, Search};
 use crate::solve::sign::Sign;
@@ -15,30 +15,38 @@ use crate::statistics::gram::Gram;
 
 /// Exchanges of a term that are kept, the cheapest: of many a model is hardly one.
 const KEPT: usize = 5;
+/// Terms of an equation of which pairs are exchanged too, at most. The time grows with the square of both numbers of terms.
+const PAIRED: usize = 30;
 
-/// One term of the model exchanged for another one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Terms of the model exchanged for as many others, or a term that is added.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Exchange {
-    /// The term, as a candidate.
-    pub dropped: usize,
-    /// The candidate in its place.
-    pub added: usize,
-    /// Twice the fall of the log-likelihood, were the residuals independent.
+    /// The terms, as candidates.
+    pub dropped: Vec<usize>,
+    /// The candidates in their place.
+    pub added: Vec<usize>,
+    /// Twice the fall of the log-likelihood, were the residuals independent; with the penalty for a term that is added.
     pub cost: f64,
 }
 
 impl Search {
-    /// The cheapest exchanges of each term of the support for others of `members`. Their cost is the rise of the sum of squares.
+    /// The cheapest exchanges of each term of the support for others of `members`, and of two for two. Their cost is the rise of the
+    /// sum of squares.
     pub(super) fn exchanges(&self, members: &[usize]) -> Vec<Exchange> {
-        let held = members.iter().filter(|&&k| self.support[k]);
-        let of = |&k: &usize| {
-            let others = members.iter().filter(|&&j| !self.support[j]);
-            let mut all: Vec<Exchange> = others.filter_map(|&j| self.exchanged(k, j)).collect();
-            all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            all.truncate(KEPT);
-            all
-        };
-        held.flat_map(of).collect()
+        let (held, others): (Vec<usize>, Vec<usize>) =
+            members.iter().partition(|&&k| self.support[k]);
+        let of = |&k: &usize| cheapest(others.iter().filter_map(|&j| self.exchanged(k, j)));
+        let mut out: Vec<Exchange> = held.iter().flat_map(of).collect();
+        if held.len() <= PAIRED {
+            let pairs = |(n, &k): (usize, &usize)| {
+                let after = held[n + 1..].iter();
+                let of = |&l: &usize| cheapest(self.exchanged_pairs([k, l], &others).into_iter());
+                after.flat_map(of).collect::<Vec<Exchange>>()
+            };
+            let pairs = held.iter().enumerate().flat_map(pairs);
+            out.extend(cheapest(pairs));
+        }
+        out
     }
 
     /// Term `k` exchanged for `j`; `None` where `j` depends on the other terms, or would break its sign.
@@ -48,13 +56,87 @@ impl Search {
         let (a, joint) = (self.scaled(k), self.t[(j, k)]);
         let pivot = self.t[(j, j)] + joint * joint / d;
         let slope = self.t[(j, p)] + joint * a / d;
-        let keeps_sign = self.signs.is_empty() || self.signs[j].allows(slope / pivot);
-        (pivot > DEPENDENT && keeps_sign).then(|| Exchange {
-            dropped: k,
-            added: j,
+        (pivot > DEPENDENT && self.allows(j, slope / pivot)).then(|| Exchange {
+            dropped: vec![k],
+            added: vec![j],
             cost: a * a / d - slope * slope / pivot,
         })
     }
+
+    /// Two terms exchanged for two of `others`, where that costs less than each exchange of one of them for one of these.
+    fn exchanged_pairs(&self, dropped: [usize; 2], others: &[usize]) -> Vec<Exchange> {
+        let p = self.length.len();
+        let [k, l] = dropped;
+        let d = -Matrix2::from_fn(|i, j| self.t[(dropped[i], dropped[j])]);
+        let Some(inverse) = d.try_inverse() else {
+            return Vec::new();
+        };
+        let a = Vector2::new(self.scaled(k), self.scaled(l));
+        let cost = a.dot(&(inverse * a));
+        struct Candidate {
+            term: usize,
+            /// What it has in common with the two terms that are dropped.
+            joint: Vector2<f64>,
+            pivot: f64,
+            slope: f64,
+            /// The lesser cost of it in place of one of them.
+            alone: f64,
+        }
+        let alone = |j: usize| {
+            let costs = dropped.map(|k| self.exchanged(k, j).map_or(f64::INFINITY, |e| e.cost));
+            costs[0].min(costs[1])
+        };
+        let candidates: Vec<Candidate> = others
+            .iter()
+            .map(|&j| {
+                let joint = Vector2::new(self.t[(j, k)], self.t[(j, l)]);
+                let weighted = inverse * joint;
+                Candidate {
+                    term: j,
+                    joint: weighted,
+                    pivot: self.t[(j, j)] + joint.dot(&weighted),
+                    slope: self.t[(j, p)] + weighted.dot(&a),
+                    alone: alone(j),
+                }
+            })
+            .filter(|c| c.pivot > DEPENDENT)
+            .collect();
+        let mut out = Vec::new();
+        for (n, i) in candidates.iter().enumerate() {
+            for j in &candidates[n + 1..] {
+                let joint = self.t[(i.term, j.term)]
+                    + self.t[(i.term, k)] * j.joint[0]
+                    + self.t[(i.term, l)] * j.joint[1];
+                let determinant = i.pivot * j.pivot - joint * joint;
+                if determinant <= DEPENDENT * i.pivot * j.pivot {
+                    continue;
+                }
+                let own = (i.slope * j.pivot - j.slope * joint) / determinant;
+                let other = (j.slope * i.pivot - i.slope * joint) / determinant;
+                let cost = cost - i.slope * own - j.slope * other;
+                let signs = self.allows(i.term, own) && self.allows(j.term, other);
+                if signs && cost < i.alone.min(j.alone) {
+                    out.push(Exchange {
+                        dropped: dropped.to_vec(),
+                        added: vec![i.term, j.term],
+                        cost,
+                    });
+                }
+            }
+        }
+        out
+    }
+
+    fn allows(&self, j: usize, coefficient: f64) -> bool {
+        self.signs.is_empty() || self.signs[j].allows(coefficient)
+    }
+}
+
+fn cheapest(all: impl Iterator<Item = Exchange>) -> Vec<Exchange> {
+    let mut all: Vec<Exchange> = all.collect();
+    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    all.truncate(KEPT);
+    all
 }
 
 /// The exchanges of a least-squares fit. Their cost is the rise of the sum of squares.
@@ -106,18 +188,60 @@ mod tests {
             ..Gram::zeros(p)
         };
         let found = of_regression(&gram, &xi, left(&[0, 1]), &[]);
-        assert_eq!(found.len(), 8);
+        assert!(found.len() >= 8);
         for e in &found {
-            let other = [e.added, if e.dropped == 0 { 1 } else { 0 }];
+            let held = [0, 1].into_iter().filter(|k| !e.dropped.contains(k));
+            let other: Vec<usize> = held.chain(e.added.iter().copied()).collect();
+            assert_eq!(other.len(), 2, "{e:?}");
             let truth = left(&other) - left(&[0, 1]);
             // Rounding of sums of 60 squares.
             assert!((e.cost - truth).abs() < 1e-9, "{e:?}: {truth}");
         }
-        assert_eq!((found[0].dropped, found[0].added), (0, 3));
+        assert_eq!(
+            (&found[0].dropped[..], &found[0].added[..]),
+            (&[0][..], &[3][..])
+        );
         // Only a positive coefficient would do.
         let mut signs = vec![Sign::Any; p];
         signs[3] = Sign::Negative;
         let signed = of_regression(&gram, &xi, left(&[0, 1]), &signs);
-        assert!(signed.iter().all(|e| (e.dropped, e.added) != (0, 3)));
+        assert!(signed.iter().all(|e| !e.added.contains(&3)));
+    }
+
+    #[test]
+    fn analytic_two_terms_that_only_together_stand_for_two() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(9);
+        let (rows, p) = (200, 6);
+        let mut x = DMatrix::from_fn(rows, p, |_, _| rng.random_range(-1.0..1.0));
+        // Term 3 less term 4 is nearly what is looked for. With one of them alone, term 4 has no place.
+        for i in 0..rows {
+            let whole = 2.0 * x[(i, 0)] - 3.0 * x[(i, 1)];
+            x[(i, 3)] = whole + 5.0 * x[(i, 4)] + 0.02 * x[(i, 3)];
+        }
+        let y = DVector::from_fn(rows, |i, _| {
+            2.0 * x[(i, 0)] - 3.0 * x[(i, 1)] + rng.random_range(-0.5..0.5)
+        });
+        let mut xi = DVector::zeros(p);
+        let own = x.select_columns(&[0, 1]);
+        let fit = own.clone().svd(true, true).solve(&y, 1e-14).unwrap();
+        (xi[0], xi[1]) = (fit[0], fit[1]);
+        let residual = (&y - own * fit).norm_squared();
+        let gram = Gram {
+            xtx: x.transpose() * &x,
+            xty: x.transpose() * &y,
+            yty: y.norm_squared(),
+            rows,
+            ..Gram::zeros(p)
+        };
+        let found = of_regression(&gram, &xi, residual, &[]);
+        let likeliest = found
+            .iter()
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+            .unwrap();
+        assert_eq!(likeliest.added, [3, 4]);
+        // Twice the log-likelihood falls by a few at most, in units of the noise's variance, 1/12; one term alone costs hundreds.
+        assert!(likeliest.cost.abs() < 6.0 / 12.0, "{likeliest:?}");
+        let single = found.iter().filter(|e| e.dropped.len() == 1);
+        assert!(single.into_iter().all(|e| e.cost > 100.0 / 12.0));
     }
 }

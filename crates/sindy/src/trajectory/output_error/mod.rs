@@ -217,7 +217,7 @@ pub struct OutputErrorFit {
     pub disturbance: Option<Disturbance>,
     /// For each equation, the best terms of every number up to some more than were kept.
     pub fronts: Vec<Vec<Alternative>>,
-    /// For each term that is kept, the candidates of its equation that are nearest to it in place of it.
+    /// For each term that is kept, and for two of an equation, the candidates of the equation that are nearest in place of them.
     pub exchanges: Vec<Exchange>,
     /// What may be added to equations of a stiff system unseen; none of others.
     pub(crate) multiples: Vec<Multiple>,
