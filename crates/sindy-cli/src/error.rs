@@ -79,6 +79,26 @@ impl Error {
         |source| Self::Refused { what, source }
     }
 
+    /// The library's error about data: about the option, where the setting is that of one.
+    pub(crate) fn refused_data(files: impl Into<String>) -> impl FnOnce(SindyError) -> Self {
+        let files = files.into();
+        |source| match source {
+            SindyError::Setting {
+                key,
+                expected,
+                found,
+            } if option_of(key).is_some() => Self::Data {
+                at: option_of(key).unwrap_or_default().to_owned(),
+                expected,
+                found,
+            },
+            source => Self::Refused {
+                what: files,
+                source,
+            },
+        }
+    }
+
     /// The exit status by the table of [`touchdown_terminal::status`].
     pub(crate) fn exit_status(&self) -> u8 {
         use touchdown_log::ErrorKind;
@@ -95,3 +115,17 @@ impl Error {
 
 /// The command's result.
 pub(crate) type Result<T> = std::result::Result<T, Error>;
+
+/// The option of a setting that is read with the data.
+fn option_of(key: &str) -> Option<&'static str> {
+    Some(match key {
+        "signs" => "--sign",
+        "known" => "--known",
+        "conserve" => "--conserve",
+        "constraints" => "--constraint",
+        "second_order" => "--second-order",
+        "stable" => "--stable",
+        "diffusion" => "--diffusion",
+        _ => return None,
+    })
+}

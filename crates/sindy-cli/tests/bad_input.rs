@@ -89,6 +89,8 @@ fn prop_tables_that_are_none() {
         "--states x",
         &["half.parquet"],
     );
+    let says = ["text.parquet", "a Parquet file", "found `t,x"];
+    refused(2, "text.parquet", "t,x\n0,1\n", "--states x", &says);
 }
 
 #[test]
@@ -102,6 +104,10 @@ fn prop_names_that_are_not_there() {
         &["`w` (--states)", "t, x, y"],
     );
     refused(2, "a.csv", &data, "--states X", &["did you mean `x`?"]);
+    let says = ["--time COLUMN", "of which --states takes `t`"];
+    refused(2, "a.csv", &data, "--states t,x", &says);
+    let says = ["error: --sign: expected an equation", "found `foo`"];
+    refused(2, "a.csv", &data, "--states x,y --sign foo", &says);
     refused(
         2,
         "a.csv",

@@ -59,7 +59,7 @@ fn analytic_positions_alone_give_the_equation_of_second_order() {
     assert!(said.contains("x_dot"), "{said}");
     let error = fails(2, &words("fit {} --states x --second-order=v", &[&data]));
     assert!(
-        error.contains("second_order") && error.contains("`v`"),
+        error.contains("--second-order: ") && error.contains("`v`"),
         "{error}"
     );
 }

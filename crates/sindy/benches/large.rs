@@ -1,7 +1,8 @@
 //! Large problems, end to end: `cargo bench -p sindy --bench large [-- library | rows]`.
 //!
 //! `library`: ten states of Lorenz '96, 286 candidates each, 2000 rows with 0.1 % of noise. `rows`: Lorenz, 10⁶ rows with 1 % of
-//! noise, 20 candidates; beside it the same rows in one pass, with the widths of the intervals of both.
+//! noise, 20 candidates; beside it the same rows in one pass, with the widths of the intervals of both. The memory is the most that
+//! the process holds meanwhile, beside the data (on Linux).
 
 #![allow(clippy::print_stdout, missing_docs)]
 
@@ -42,10 +43,10 @@ fn library() {
     data.push("run", time, columns, None).unwrap();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let identify = Identify::new(Library::polynomial(&names, 3).unwrap());
-    let (found, seconds) = timed(|| identify.run(&data, &mut |_| ()).unwrap());
+    let (found, seconds, memory) = measured(|| identify.run(&data, &mut |_| ()).unwrap());
     let terms: Vec<usize> = found.equations.iter().map(|e| e.intervals.len()).collect();
     println!(
-        "10 states, 286 candidates each, 2000 rows: {seconds:.1} s; terms of each equation {terms:?}, 4 of the truth"
+        "10 states, 286 candidates each, 2000 rows: {seconds:.1} s{memory}; terms of each equation {terms:?}, 4 of the truth"
     );
 }
 
@@ -60,7 +61,7 @@ fn rows() {
     data.push("run", time.clone(), columns.clone(), None)
         .unwrap();
     let identify = Identify::new(Library::polynomial(&names, 3).unwrap());
-    let (all, seconds) = timed(|| identify.run(&data, &mut |_| ()).unwrap());
+    let (all, seconds, memory) = measured(|| identify.run(&data, &mut |_| ()).unwrap());
     let mut samples = Samples::new(&["t", "x", "y", "z"]);
     let table = std::iter::once(time).chain(columns).collect();
     samples.push_group(table).unwrap();
@@ -70,9 +71,9 @@ fn rows() {
             .run_stream(&samples, &columns, &mut |_| ())
             .unwrap()
     };
-    let (streamed, pass_seconds) = timed(pass);
+    let (streamed, pass_seconds, pass_memory) = measured(pass);
     println!(
-        "3 states, 20 candidates each, 10⁶ rows: {seconds:.1} s, in one pass {pass_seconds:.1} s"
+        "3 states, 20 candidates each, 10⁶ rows: {seconds:.1} s{memory}, in one pass {pass_seconds:.1} s{pass_memory}"
     );
     for (name, (all, streamed)) in names.iter().zip(widths(&all).iter().zip(widths(&streamed))) {
         println!("  {name}' intervals {all:.6?}, of one pass {streamed:.6?}");
@@ -122,10 +123,26 @@ fn record(
     (time, columns)
 }
 
-fn timed<T>(run: impl FnOnce() -> T) -> (T, f64) {
+/// What `run` returns, its seconds, and a text of the memory that it takes at most.
+fn measured<T>(run: impl FnOnce() -> T) -> (T, f64, String) {
+    let before = megabytes("VmRSS:");
+    // The peak counts from here on.
+    let is_reset = std::fs::write("/proc/self/clear_refs", "5").is_ok();
     let start = Instant::now();
     let out = run();
-    (out, start.elapsed().as_secs_f64())
+    let seconds = start.elapsed().as_secs_f64();
+    let memory = match (before, megabytes("VmHWM:")) {
+        (Some(before), Some(peak)) if is_reset => format!(", {:.0} MB", peak - before),
+        _ => String::new(),
+    };
+    (out, seconds, memory)
+}
+
+fn megabytes(field: &str) -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix(field))?;
+    let number: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(number / 1024.0)
 }
 
 /// Half widths of the intervals of each equation's terms.

@@ -174,7 +174,7 @@ fn fit(
             terminal.busy(&stage(&progress, steps, Some(rows)));
         })
         .inspect_err(|_| load::warn(terminal, &train.files))
-        .map_err(Error::refused(files(args)))?;
+        .map_err(Error::refused_data(files(args)))?;
     if !args.past.is_empty() {
         found.model = past::model(&found.model, &args.inputs, report.period)?;
     }

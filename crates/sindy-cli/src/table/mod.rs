@@ -136,7 +136,15 @@ impl Format {
         if start.starts_with(b"PK\x03\x04") {
             return Ok(Self::Zip);
         }
-        Ok(Self::Text)
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let claimed = match ending.as_deref() {
+            Some("parquet") => "a Parquet file (`PAR1` at its beginning)",
+            Some("npy") => "a NumPy array (`\\x93NUMPY` at its beginning)",
+            Some("npz") => "NumPy arrays in a ZIP archive (`PK` at its beginning)",
+            _ => return Ok(Self::Text),
+        };
+        let found = format!("`{}`", start.escape_ascii());
+        Err(Error::data(path.display().to_string(), claimed, found))
     }
 }
 

@@ -85,6 +85,21 @@ impl FileReport {
     }
 }
 
+/// Says which names of a column of times are states already.
+fn taken_names(names: &[String], wanted: &WantedColumns<'_>) -> String {
+    let is_time = |name: &str| {
+        TIME_NAMES
+            .concat()
+            .iter()
+            .any(|t| t.eq_ignore_ascii_case(name))
+    };
+    let have = |name: &str| names.iter().any(|n| n == name);
+    let taken = wanted.columns.iter().find(|(c, _)| is_time(c) && have(c));
+    taken.map_or_else(String::new, |(name, why)| {
+        format!(", of which {why} takes `{name}`")
+    })
+}
+
 /// The column of times; `None` where the rows are equally spaced by `--dt`.
 pub(crate) fn time_column(
     at: &str,
@@ -120,7 +135,11 @@ pub(crate) fn time_column(
             at,
             "a column of times called `t` or `time`; name another with --time COLUMN, or give the time between equally \
              spaced rows with --dt",
-            format!("the columns {}", names.join(", ")),
+            format!(
+                "the columns {}{}",
+                names.join(", "),
+                taken_names(names, wanted)
+            ),
         )),
         _ => {
             let names: Vec<&str> = found.iter().map(|&p| names[p].as_str()).collect();

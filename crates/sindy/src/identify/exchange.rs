@@ -146,7 +146,7 @@ impl IdentificationRun<'_> {
                     };
                     let added = names(&e.added);
                     match &e.dropped[..] {
-                        [] => format!("{added} beside them (odds {odds})"),
+                        [] => format!("{added} as well (odds {odds})"),
                         dropped => format!("{added} instead of {} (odds {odds})", names(dropped)),
                     }
                 })

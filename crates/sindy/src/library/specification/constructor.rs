@@ -69,7 +69,11 @@ impl Reader<'_> {
                 found,
             } => {
                 let start = self.tokens[first].start;
-                error(self.text, start, format!("{key}: {expected}"), found)
+                let expected = match key {
+                    "library" => expected,
+                    key => format!("{key}: {expected}"),
+                };
+                error(self.text, start, expected, found)
             }
             other => other,
         })?;
