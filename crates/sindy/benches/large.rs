@@ -6,8 +6,11 @@
 
 #![allow(clippy::print_stdout, missing_docs)]
 
+mod memory;
+
 use std::time::Instant;
 
+use memory::{megabytes, reset_peak};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use sindy::identify::stream::Columns;
@@ -125,24 +128,15 @@ fn record(
 
 /// What `run` returns, its seconds, and a text of the memory that it takes at most.
 fn measured<T>(run: impl FnOnce() -> T) -> (T, f64, String) {
-    let before = megabytes("VmRSS:");
-    // The peak counts from here on.
-    let is_reset = std::fs::write("/proc/self/clear_refs", "5").is_ok();
+    let before = megabytes("VmRSS").and_then(|before| reset_peak().map(|()| before));
     let start = Instant::now();
     let out = run();
     let seconds = start.elapsed().as_secs_f64();
-    let memory = match (before, megabytes("VmHWM:")) {
-        (Some(before), Some(peak)) if is_reset => format!(", {:.0} MB", peak - before),
+    let memory = match (before, megabytes("VmHWM")) {
+        (Ok(before), Ok(peak)) => format!(", {:.0} MB", peak - before),
         _ => String::new(),
     };
     (out, seconds, memory)
-}
-
-fn megabytes(field: &str) -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix(field))?;
-    let number: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(number / 1024.0)
 }
 
 /// Half widths of the intervals of each equation's terms.

@@ -6,12 +6,15 @@
 
 #![allow(clippy::print_stdout, missing_docs)]
 
+#[path = "../memory/mod.rs"]
+mod memory;
 mod npy;
 
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use memory::{megabytes, reset_peak};
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::{Value, json};
 use sindy::choose::cross_validate_scaled;
@@ -65,7 +68,7 @@ fn measure<T>(
     mut work: impl FnMut() -> std::result::Result<T, SindyError>,
 ) -> Result<(Value, T)> {
     let before = megabytes("VmRSS")?;
-    std::fs::write("/proc/self/clear_refs", "5")?;
+    reset_peak()?;
     let (mut seconds, mut peak, mut last) = (f64::INFINITY, None, None);
     for _ in 0..repeats.max(1) {
         let start = cpu_seconds();
@@ -86,13 +89,6 @@ fn cpu_seconds() -> f64 {
 fn seconds_of(clock: ClockId) -> f64 {
     let now = clock_gettime(clock);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-fn megabytes(field: &str) -> Result<f64> {
-    let status = std::fs::read_to_string("/proc/self/status")?;
-    let line = status.lines().find(|line| line.starts_with(field));
-    let value = line.and_then(|line| line.split_whitespace().nth(1));
-    Ok(value.ok_or("no such field")?.parse::<f64>()? / 1024.0)
 }
 
 fn with(mut out: Value, more: Value) -> Value {
