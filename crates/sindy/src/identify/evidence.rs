@@ -143,7 +143,7 @@ pub(super) fn least_evident(support: &[bool], evidence: &[TermEvidence]) -> Opti
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
@@ -151,13 +151,17 @@ mod tests {
     use crate::trajectory::output_error::Trace;
     use crate::{Library, Samples};
 
-    #[test]
-    fn analytic_correlated_residuals_count_as_fewer_independent_ones() {
-        let found = |correlation: f64| OutputErrorFit {
-            coefficients: vec![0.0, 2.0],
-            std_errors: vec![0.0, 0.25],
+    /// A fit of 1000 values. Each coefficient has the standard error 0.25.
+    pub(in crate::identify) fn found(
+        coefficients: Vec<f64>,
+        evidence: Vec<f64>,
+        correlation: f64,
+    ) -> OutputErrorFit {
+        OutputErrorFit {
+            std_errors: vec![0.25; coefficients.len()],
+            coefficients,
             covariance: nalgebra::DMatrix::zeros(1, 1),
-            evidence: vec![-5.0, 64.0 - (1000_f64.ln() + 1.0)],
+            evidence,
             penalty: 1000_f64.ln() + 1.0,
             sigma: vec![1.0],
             colour: Vec::new(),
@@ -172,6 +176,14 @@ mod tests {
             iterations: 1,
             outcome: Outcome::Converged,
             trace: Trace::default(),
+        }
+    }
+
+    #[test]
+    fn analytic_correlated_residuals_count_as_fewer_independent_ones() {
+        let found = |correlation: f64| {
+            let evidence = vec![-5.0, 64.0 - (1000_f64.ln() + 1.0)];
+            found(vec![0.0, 2.0], evidence, correlation)
         };
         let plain = TermEvidence::of_output_error(&found(1.0), 1);
         assert_eq!((plain.std_error, plain.degrees), (0.25, 999.0));

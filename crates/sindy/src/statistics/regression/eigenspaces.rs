@@ -146,7 +146,9 @@ mod tests {
             let on: Vec<usize> = (0..on.min(n / FEW)).map(|k| (k * 3) % n).collect();
             let spaces = Eigenspaces::of(g.clone());
             prop_assert_eq!(spaces.null.ncols(), n - rank);
-            if let Some(found) = spaces.with_ridge(&b, &on, ridge) {
+            let found = spaces.with_ridge(&b, &on, ridge);
+            prop_assert_eq!(found.is_some(), on.len() <= n - rank);
+            if let Some(found) = found {
                 let mut a = g;
                 on.iter().for_each(|&j| a[(j, j)] += ridge);
                 let expected = least_norm(&a, &b);
