@@ -87,12 +87,8 @@ impl FileReport {
 
 /// Says which names of a column of times are states already.
 fn taken_names(names: &[String], wanted: &WantedColumns<'_>) -> String {
-    let is_time = |name: &str| {
-        TIME_NAMES
-            .concat()
-            .iter()
-            .any(|t| t.eq_ignore_ascii_case(name))
-    };
+    let known = || TIME_NAMES.iter().copied().flatten();
+    let is_time = |name: &str| known().any(|t| t.eq_ignore_ascii_case(name));
     let have = |name: &str| names.iter().any(|n| n == name);
     let taken = wanted.columns.iter().find(|(c, _)| is_time(c) && have(c));
     taken.map_or_else(String::new, |(name, why)| {
