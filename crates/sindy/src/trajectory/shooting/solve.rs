@@ -18,6 +18,8 @@ const LANES: usize = 32;
 const CONVERGED: f64 = 1e-9;
 /// A rejected step below this share of every parameter is within the rounding of the cost, whose minimum is flat.
 const SMALL_STEP: f64 = 1e-7;
+/// Share of the cost that its rounding may add: a sum of up to a million squares, each of them rounded.
+const ROUNDING: f64 = 1e-12;
 /// Size that counts as that of a parameter near zero.
 const SMALL_PARAMETER: f64 = 1e-3;
 /// Levenberg's damping, relative to the diagonal: where it starts and begins again, its least and its largest value. All
@@ -165,6 +167,11 @@ impl Shooting {
                         true => Outcome::Converged,
                         false => Outcome::Stalled,
                     };
+                    // The gradient knows the minimum to more digits than the cost: whether such a step is taken must not depend
+                    // on the last bit of a sum, which differs between machines.
+                    if small && next.cost <= at.cost * (1.0 + ROUNDING) {
+                        at = next;
+                    }
                     break;
                 }
                 damping = (damping * 10.0).max(LEAST_USED_DAMPING);
