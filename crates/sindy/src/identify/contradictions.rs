@@ -1,11 +1,24 @@
-//! Whether the data contradict signs or invariants: the fit without them from where the one with them has ended.
+//! Whether the data contradict signs, invariants or known parts: the fit without them from where the one with them has ended.
 
 use super::follow::{FollowedModel, Search};
+use super::known::left_side;
 use super::regress::Statistics;
 use super::run::{CORRELATED, IdentificationRun};
+use crate::library::Library;
+use crate::model::Term;
 use crate::solve::sign::{broken, is_constrained};
 use crate::statistics::criteria::TWENTY_TO_ONE;
-use crate::trajectory::output_error::{OutputErrorFit, Settings, Start, System, silent};
+use crate::statistics::regression::student_95;
+use crate::trajectory::output_error::{OutputErrorFit, Piece, Settings, Start, System, silent};
+
+/// A known term that has another coefficient in a fit in which known terms are free.
+#[derive(Clone, Debug)]
+pub(super) struct FreedTerm {
+    equation: usize,
+    known: Term,
+    /// The coefficient with its standard error; `None` where the term is left out.
+    found: Option<[f64; 2]>,
+}
 
 impl IdentificationRun<'_> {
     /// The coefficients of the fit without signs from where the one with signs ended, if they break a sign and are more likely by
@@ -68,6 +81,110 @@ impl IdentificationRun<'_> {
                 let likelier = is_likelier(&free, &kept, free.correlation);
                 likelier.then_some(free.coefficients)
             })
+    }
+
+    /// The known terms that have another coefficient where all of them are free beside the terms of the model, if that is more
+    /// likely by odds of 20 to 1. What is false in a known part is otherwise made up for by terms that should not be there, and
+    /// leaves no residual.
+    pub(super) fn without_known(
+        &self,
+        found: &FollowedModel,
+        pieces: &[Piece<'_>],
+    ) -> Vec<FreedTerm> {
+        self.freed(found, pieces).unwrap_or_default()
+    }
+
+    fn freed(&self, found: &FollowedModel, pieces: &[Piece<'_>]) -> Option<Vec<FreedTerm>> {
+        // What says that a velocity is the derivative of its position is true by definition.
+        let is_freed = |i: usize| !self.positions.contains(&i);
+        let all = self.libraries.iter().enumerate();
+        let mut known = all.filter(|(i, (_, known))| is_freed(*i) && !known.terms.is_empty());
+        known.next()?;
+        if self.conserved.is_some() {
+            return None;
+        }
+        let (mut first, mut coefficients) = (0, Vec::new());
+        let (mut libraries, mut kept_known, mut freed) = (Vec::new(), Vec::new(), Vec::new());
+        for (equation, (library, known)) in self.libraries.iter().enumerate() {
+            let own = &found.fit.coefficients[first..first + library.len()];
+            first += library.len();
+            let mut terms = Vec::new();
+            for (term, c) in library.terms().iter().zip(own).filter(|(_, c)| **c != 0.0) {
+                terms.push(term.clone());
+                coefficients.push(*c);
+            }
+            let (open, kept) = match is_freed(equation) {
+                true => (&known.terms[..], Vec::new()),
+                false => (&[][..], known.terms.clone()),
+            };
+            for term in open {
+                freed.push((coefficients.len(), equation, term));
+                terms.push(term.expression.clone());
+                coefficients.push(term.coefficient);
+            }
+            libraries.push(Library::of(terms));
+            kept_known.push(kept);
+        }
+        let states = self.data.states();
+        let measured = (states, states.len() - self.positions.len());
+        let inputs = self.data.inputs();
+        let system =
+            System::with_known(self.time, measured, inputs, &libraries, &kept_known).ok()?;
+        let system = system
+            .stiff(self.system.is_stiff())
+            .with_diffusion_of(&self.system);
+        let correlation = found.fit.correlation;
+        let mut limits = self.limits(found.longest);
+        limits.penalty *= correlation;
+        // Sizes of terms, which nothing else asks for here, are not known of known terms.
+        limits.relevance = 0.0;
+        let start = Start {
+            term_rms: vec![1.0; coefficients.len()],
+            coefficients,
+            sigma: found.fit.sigma.clone(),
+            floor: self.noise.floor.clone(),
+            chosen_from: first,
+            signs: Vec::new(),
+            colour: found.fit.colour.clone(),
+        };
+        let way = found.way();
+        let free = way.search(&system, pieces, (&start, &limits), &mut silent)?;
+        if !is_likelier(&free, &found.fit, correlation) {
+            return None;
+        }
+        let other = |(j, equation, known): (usize, usize, &Term)| {
+            let (value, error) = (
+                free.coefficients[j],
+                free.std_errors[j] * correlation.sqrt(),
+            );
+            let away = (value - known.coefficient).abs() > student_95(f64::INFINITY) * error;
+            (value == 0.0 || away).then(|| FreedTerm {
+                equation,
+                known: known.clone(),
+                found: (value != 0.0).then_some([value, error]),
+            })
+        };
+        Some(freed.into_iter().filter_map(other).collect())
+    }
+
+    /// What freed terms say of the known parts.
+    pub(super) fn contradicted_known(&self, freed: &[FreedTerm]) -> Vec<String> {
+        let of = |freed: &FreedTerm| {
+            let left = left_side(&self.data.states()[freed.equation], self.settings.discrete);
+            let term = &freed.known.expression;
+            let what = match freed.found {
+                Some([value, error]) => {
+                    format!("with a free coefficient it is {value:.4} ± {error:.1e}")
+                }
+                None => "the data want no such term".to_string(),
+            };
+            format!(
+                "the data contradict the known coefficient {} of {term} in {left}: {what}, and that model is more than 20 times \
+                 as likely. Check the known part, the data, and what the library lacks",
+                freed.known.coefficient
+            )
+        };
+        freed.iter().map(of).collect()
     }
 }
 

@@ -14,6 +14,8 @@ use crate::trajectory::output_error::{Exchange, OutputErrorFit, exchange};
 
 /// Exchanges that a warning names for each equation, the likeliest.
 const NAMED: usize = 4;
+/// Odds that are as good as certain: larger ones are not written out.
+const SURE: f64 = 1000.0;
 /// Level at which terms that are left out are tested, all of a fit together.
 const LEVEL: f64 = 0.05;
 
@@ -64,13 +66,14 @@ fn of_regression(
     let of = |e: Exchange| {
         let rows = e.dropped.iter().map(|&k| evidence[k].rows);
         let rows = rows.fold(f64::INFINITY, f64::min);
-        Exchange {
+        // Where nothing would be left, rounding of dependent terms has taken it.
+        (e.cost > -left).then(|| Exchange {
             cost: rows * (e.cost / left).ln_1p(),
             ..e
-        }
+        })
     };
     let all = exchange::of_regression(total, &fit.coefficients, fit.residual_sum, signs);
-    all.into_iter().map(of).collect()
+    all.into_iter().filter_map(of).collect()
 }
 
 impl IdentificationRun<'_> {
@@ -141,6 +144,7 @@ impl IdentificationRun<'_> {
                 .map(|e| {
                     let odds = (0.5 * e.cost.abs()).exp();
                     let odds = match e.cost < 0.0 {
+                        true if odds > SURE => format!("over {SURE} to 1"),
                         true => format!("{odds:.1} to 1"),
                         false => format!("1 to {odds:.1}"),
                     };

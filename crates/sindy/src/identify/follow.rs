@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::absent::Absent;
 use super::all_rows::OnAllRows;
+use super::contradictions::FreedTerm;
 use super::disturbed::{Surprises, Way, sources};
 use super::evidence::TermEvidence;
 use super::prepare::{self, Slopes};
@@ -40,7 +41,7 @@ const SPARSE: f64 = 0.01;
 const COLOUR_ROUNDS: usize = 3;
 
 /// Memories of the noise that differ by no more are the same: it shifts standard errors by some percent.
-const SAME_COLOUR: f64 = 0.01;
+pub(super) const SAME_COLOUR: f64 = 0.01;
 
 /// A model that was followed through the data.
 #[derive(Clone)]
@@ -57,6 +58,8 @@ pub(super) struct FollowedModel {
     pub without_signs: Option<Vec<f64>>,
     /// The same of the fit without invariants, of all candidate terms.
     pub without_invariants: Option<Vec<f64>>,
+    /// Known terms that have another coefficient where all are free, if that is more likely by odds of 20 to 1.
+    pub without_known: Vec<FreedTerm>,
     /// What tests say of the prediction errors of a disturbed system.
     pub surprises: Option<Surprises>,
     /// Whether a disturbed system is about as likely.
@@ -151,6 +154,7 @@ impl IdentificationRun<'_> {
         let between = &self.inputs.between;
         let rows = self.settings.rows;
         let pieces = prepare::pieces(&self.stretches, states, slopes, between, rows);
+        found.without_known = self.without_known(&found, &pieces);
         found.absent = self.absent(&found, &pieces);
         self.on_all_rows(&mut found, slopes, &term_rms, progress);
         Some(found)
@@ -361,6 +365,7 @@ impl IdentificationRun<'_> {
                         independence: None,
                         without_signs: None,
                         without_invariants: None,
+                        without_known: Vec::new(),
                         surprises: None,
                         is_ambiguous: false,
                         on_all_rows: None,

@@ -2,7 +2,7 @@
 
 use super::NoiseSource;
 use super::all_rows::OnAllRows;
-use super::follow::FollowedModel;
+use super::follow::{FollowedModel, SAME_COLOUR};
 use super::known::KnownPart;
 use super::model::count;
 use super::rank::RankedModel;
@@ -149,7 +149,8 @@ impl IdentificationRun<'_> {
             _ if self.settings.discrete && self.settings.noise == NoiseSource::Automatic => {}
             Some(p) if followed.is_in_noise() && misfit > FOLLOWS => out.push(format!(
                 "the model leaves {} times the noise that neighbouring samples show. This residual does not follow the \
-                 model's flow (p = {p:.2}): the noise is not white or has heavy tails",
+                 model's flow (p = {p:.2}): the noise is not white or has heavy tails. If the noise is known to be smaller, the \
+                 model lacks a term, an input or a state",
                 ratio(misfit)
             )),
             Some(p) if !followed.is_in_noise() => out.push(format!(
@@ -177,6 +178,7 @@ impl IdentificationRun<'_> {
             ));
         }
         out.extend(self.warnings_of_disturbance(followed));
+        out.extend(self.contradicted_known(&followed.without_known));
         let absent = followed.absent.as_ref();
         out.extend(absent.map(|a| a.warning(self.data.states())));
         if fit.outcome != Outcome::Converged {
@@ -192,7 +194,7 @@ impl IdentificationRun<'_> {
             ));
         }
         let remembers = fit.colour.iter().copied().fold(0.0, f64::max);
-        if remembers > 0.0 {
+        if remembers > SAME_COLOUR {
             out.push(format!(
                 "the noise of the measurement is not white: {remembers:.3} of it remains from row to row, which standard errors \
                  and the choice of terms take into account"

@@ -49,14 +49,14 @@ impl Search {
         out
     }
 
-    /// Term `k` exchanged for `j`; `None` where `j` depends on the other terms, or would break its sign.
+    /// Term `k` exchanged for `j`; `None` where one depends on the other terms, or `j` would break its sign.
     fn exchanged(&self, k: usize, j: usize) -> Option<Exchange> {
         let p = self.length.len();
         let d = -self.t[(k, k)];
         let (a, joint) = (self.scaled(k), self.t[(j, k)]);
         let pivot = self.t[(j, j)] + joint * joint / d;
         let slope = self.t[(j, p)] + joint * a / d;
-        (pivot > DEPENDENT && self.allows(j, slope / pivot)).then(|| Exchange {
+        (self.is_known(k) && pivot > DEPENDENT && self.allows(j, slope / pivot)).then(|| Exchange {
             dropped: vec![k],
             added: vec![j],
             cost: a * a / d - slope * slope / pivot,
@@ -68,7 +68,10 @@ impl Search {
         let p = self.length.len();
         let [k, l] = dropped;
         let d = -Matrix2::from_fn(|i, j| self.t[(dropped[i], dropped[j])]);
-        let Some(inverse) = d.try_inverse() else {
+        let Some(inverse) = d
+            .try_inverse()
+            .filter(|_| self.is_known(k) && self.is_known(l))
+        else {
             return Vec::new();
         };
         let a = Vector2::new(self.scaled(k), self.scaled(l));
@@ -125,6 +128,13 @@ impl Search {
             }
         }
         out
+    }
+
+    /// Whether term `k` of the support is independent of the others there: where it is not, its coefficient is rounding, and what
+    /// dropping it costs too.
+    fn is_known(&self, k: usize) -> bool {
+        let share = -1.0 / self.t[(k, k)];
+        share > DEPENDENT
     }
 
     fn allows(&self, j: usize, coefficient: f64) -> bool {
