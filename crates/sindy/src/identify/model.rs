@@ -252,6 +252,9 @@ impl IdentificationRun<'_> {
         self.warnings.extend(as_likely);
         let against = self.contradicted_by_regression(from)?;
         self.warnings.extend(against);
+        let freed = followed.map_or(&[][..], |f| &f.without_known);
+        let against = self.contradicted_known(freed);
+        self.warnings.extend(against);
         let mut against = self.broken_by_trajectories(followed);
         if against.is_empty() {
             against = self.broken_by_regression(from, best, yardstick)?;

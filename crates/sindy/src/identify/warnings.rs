@@ -158,7 +158,8 @@ impl IdentificationRun<'_> {
                  library"
             )),
             _ if misfit > FOLLOWS => out.push(format!(
-                "the model leaves {} times the noise: the system is disturbed, or is not in the library",
+                "the model leaves {} times the noise: the system is disturbed (the setting `noise` takes this as given), or is not in \
+                 the library",
                 ratio(misfit)
             )),
             _ => {}
@@ -202,7 +203,7 @@ impl IdentificationRun<'_> {
         }
         if fit.correlation > CORRELATED && self.noise.is_visible() {
             out.push(format!(
-                "residuals are correlated: standard errors are widened {:.1} times",
+                "residuals are correlated: the noise is not white, or the model lacks a term. Standard errors are widened {:.1} times",
                 fit.correlation.sqrt()
             ));
         }

@@ -240,6 +240,45 @@ fn analytic_a_diffusion_beside_noise_of_the_measurement() {
     assert!((own.residual.unwrap() / 0.03 - 1.0).abs() < 0.15);
 }
 
+const MULTIPLICATIVE: Problem = Problem {
+    name: "reversion with a constant and a multiplicative disturbance",
+    states: &["x"],
+    diffusion: &[&[("1", 0.1), ("x^2", 0.3)]],
+    library: "poly(2)",
+    starts: &[&[0.0], &[0.5], &[1.0], &[1.5], &[2.0], &[3.0]],
+    period: 0.04,
+    rows: 500,
+    of: |x, f, q| {
+        f[0] = 1.0 - x[0];
+        q[0] = 0.1 + 0.3 * x[0] * x[0];
+    },
+};
+
+#[test]
+fn analytic_noise_of_the_measurement_is_told_from_a_constant_disturbance() {
+    // The constant adds a deviation of 0.063 to a row. A row alone cannot tell it from noise: neighbours of differences can.
+    for noise in [0.02, 0.05] {
+        for seed in 0..3 {
+            let asked = ((seed, noise), Some(CANDIDATES), NoiseSource::Both);
+            let found = MULTIPLICATIVE.fit_in_noise(asked.0, asked.1, asked.2);
+            let own = &found.equations[0];
+            let terms: Vec<&str> = own.diffusion.iter().map(|t| t.term.as_str()).collect();
+            assert_eq!(terms, ["1", "x^2"], "{noise} {seed}: {:?}", own.diffusion);
+            for (term, truth) in own.diffusion.iter().zip([0.1, 0.3]) {
+                // Chance exceeds 4 standard errors in one of 16 000; and they are known to a third of the coefficient.
+                let z = (term.coefficient - truth) / term.std_error;
+                assert!(
+                    z.abs() < 4.0 && term.std_error < truth / 3.0,
+                    "{noise} {seed}: {term:?}"
+                );
+            }
+            // Beside a disturbance of 0.12 a row, noise of 0.02 is known to half of it.
+            let off = own.residual.unwrap() - noise;
+            assert!(off.abs() < 0.012, "{noise} {seed}: {off}");
+        }
+    }
+}
+
 #[test]
 fn prop_a_library_without_a_variance_leaves_a_constant_and_a_warning() {
     let found = ORNSTEIN_UHLENBECK.fit(1, Some("x"));

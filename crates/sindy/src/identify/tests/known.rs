@@ -192,6 +192,44 @@ fn analytic_a_known_equation_is_kept_and_a_known_part_is_not_fitted() {
 }
 
 #[test]
+fn analytic_known_coefficients_that_are_wrong_are_named_and_right_ones_are_not() {
+    let system = duffing();
+    let library = Library::polynomial(&["x", "x_dot"], 3).unwrap();
+    let contradicted = |known: &str, seed: u64| {
+        let settings = Settings {
+            known: vec![known.to_string()],
+            ..Settings::default()
+        };
+        let found = run(&library, settings, &system.data(1.0, seed, true));
+        let about = found.warnings.into_iter();
+        about
+            .filter(|w| w.contains("contradict the known coefficient"))
+            .collect::<Vec<String>>()
+    };
+    for seed in 0..3 {
+        // A whole equation, and parts that terms of the library nearly make up for.
+        for (wrong, of) in [
+            ("x' = 1.1*x_dot", "1.1 of x_dot in x'"),
+            ("x_dot' = -0.25*x_dot + ...", "-0.25 of x_dot in x_dot'"),
+            ("x_dot' = -1.1*x^3 + ...", "-1.1 of x^3 in x_dot'"),
+        ] {
+            let said = contradicted(wrong, seed);
+            assert!(
+                said.len() == 1 && said[0].contains(of),
+                "{wrong} {seed}: {said:?}"
+            );
+        }
+        for right in [
+            "x' = x_dot",
+            "x_dot' = -0.2*x_dot + ...",
+            "x_dot' = -x^3 + ...",
+        ] {
+            assert_eq!(contradicted(right, seed), [""; 0]);
+        }
+    }
+}
+
+#[test]
 fn prop_known_parts_that_make_no_sense_are_refused() {
     let data = duffing().data(1.0, 0, true);
     let library = Library::polynomial(&["x", "x_dot"], 2).unwrap();

@@ -149,3 +149,37 @@ fn analytic_rows_without_values_cost_what_rows_cost_that_are_not_there() {
         }
     }
 }
+
+#[test]
+fn prop_a_map_that_ends_on_a_curve_has_terms_with_probabilities() {
+    // On the curve all ten terms depend on each other nearly. Probabilities that are none would be an error of the model.
+    for seed in 0..12 {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+        let (mut x, mut y, mut drift) = (0.4_f64, 0.4_f64, [0.0; 2]);
+        let mut columns = vec![Vec::new(); 2];
+        for _ in 0..300 {
+            for (column, (value, drift)) in
+                columns.iter_mut().zip([x, y].into_iter().zip(&mut drift))
+            {
+                *drift += 1e-3 * rng.random_range(-1.0..1.0);
+                column.push(value + *drift);
+            }
+            (x, y) = (x * (2.2 * (1.0 - x - 0.4 * y)).exp(), 0.6 * y + 0.3 * x);
+        }
+        let mut data = Dataset::new(&["x", "y"], &[]).unwrap();
+        data.push("map", (0..300).map(f64::from).collect(), columns, None)
+            .unwrap();
+        let settings = Settings {
+            discrete: true,
+            ..Settings::default()
+        };
+        let library = Library::polynomial(&["x", "y"], 3).unwrap();
+        let identify = Identify::new(library).settings(settings).unwrap();
+        let found = identify.run(&data, &mut quiet()).unwrap();
+        let terms = found.model.equations().iter().flatten();
+        let inclusions = terms.filter_map(|t| t.inclusion);
+        assert!(
+            inclusions.clone().count() > 0 && inclusions.clone().all(|p| (0.0..=1.0).contains(&p))
+        );
+    }
+}

@@ -254,4 +254,30 @@ mod tests {
         let single = found.iter().filter(|e| e.dropped.len() == 1);
         assert!(single.into_iter().all(|e| e.cost > 100.0 / 12.0));
     }
+
+    #[test]
+    fn prop_terms_that_depend_on_others_take_no_part() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+        let (rows, p) = (100, 5);
+        let mut x = DMatrix::from_fn(rows, p, |_, _| rng.random_range(-1.0..1.0));
+        // Each of the first three columns has a part of its own when it comes. With the third, the first two have 1e-10 left.
+        for i in 0..rows {
+            let (a, u, w) = (x[(i, 0)], x[(i, 1)], x[(i, 2)]);
+            x[(i, 1)] = a + 1e-4 * u;
+            x[(i, 2)] = u + 0.1 * w;
+        }
+        let y = DVector::from_fn(rows, |i, _| x[(i, 2)] + rng.random_range(-0.5..0.5));
+        let xi = DVector::from_vec(vec![1.0, -1.0, 1.0, 0.0, 0.0]);
+        let gram = Gram {
+            xtx: x.transpose() * &x,
+            xty: x.transpose() * &y,
+            yty: y.norm_squared(),
+            rows,
+            ..Gram::zeros(p)
+        };
+        let residual = (&y - &x * &xi).norm_squared();
+        let found = of_regression(&gram, &xi, residual, &[]);
+        assert!(!found.is_empty());
+        assert!(found.iter().all(|e| e.dropped == [2]), "{found:?}");
+    }
 }

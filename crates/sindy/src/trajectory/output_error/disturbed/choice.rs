@@ -5,11 +5,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::Disturbance;
 use super::diffusion::{Diffusion, DiffusionCandidates, sum};
 use super::filter::Pass;
 use super::squares::{Parameters, Squares, linearise};
 use super::variances::cost;
-use super::{Disturbance, Start};
 use crate::statistics::gram::Gram;
 use crate::trajectory::output_error::Settings;
 use crate::trajectory::output_error::record::Record;
@@ -24,6 +24,8 @@ const DONE: f64 = 0.01;
 /// Change of a coefficient, in standard errors, below which two estimates are the same: it changes weights of rows by less than
 /// a percent.
 const SAME: f64 = 0.1;
+/// The share of a measurement's variance that a step leaves, at least: a linearisation does not reach further.
+const LEAST_LEFT: f64 = 0.1;
 /// Halvings of a step, at most.
 const HALVINGS: usize = 8;
 /// Terms of one state, at most. Of 20 candidates this makes 60 000 subsets; of more, [`FEW_TERMS`] of 32 make 41 000.
@@ -42,8 +44,6 @@ struct Estimate<'a> {
     penalty: f64,
     /// The weight of it.
     weight: f64,
-    /// The least variances of the measurement.
-    floor: Vec<f64>,
 }
 
 /// The most likely diffusion around the filter's passes, with the variances of the measurement; `None` where no sum of terms is
@@ -52,7 +52,7 @@ pub(super) fn estimate(
     passes: &[(&Record, &Pass)],
     from: &Disturbance,
     candidates: &DiffusionCandidates,
-    (settings, start): (&Settings, &Start),
+    settings: &Settings,
 ) -> Option<Disturbance> {
     let parameters = Parameters::new(candidates, from);
     let mut noise = from.clone();
@@ -71,7 +71,6 @@ pub(super) fn estimate(
         parameters,
         penalty: values.ln() + 2.0 * offered.ln(),
         weight: settings.penalty,
-        floor: start.floor.iter().map(|f| f * f).collect(),
     };
     let mut best: Option<(f64, Disturbance)> = None;
     for _ in 0..CHOICES {
@@ -128,7 +127,8 @@ impl Estimate<'_> {
             *process = total / rows;
         }
         for i in 0..self.parameters.measured {
-            out.measurement[i] = vector[self.parameters.measurement() + i].max(self.floor[i]);
+            let least = LEAST_LEFT * noise.measurement[i];
+            out.measurement[i] = vector[self.parameters.measurement() + i].max(least);
         }
         out.diffusion = Some(Diffusion::new(coefficients));
         out

@@ -158,7 +158,7 @@ pub(crate) fn search(
         }
         anew = settled && !settled_noise;
         if settled && !settled_noise {
-            let next = state.next_noise(&total, (settings, start));
+            let next = state.next_noise(&total, settings);
             settled_noise = choice::is_same(&state.noise, &next)
                 && (variances::distance(&next, &state.noise, &state.records) < SAME_VARIANCE
                     || state.gain(&total, &next) < SAME_LIKELIHOOD);
@@ -288,10 +288,11 @@ impl Disturbed<'_> {
 
     /// The most likely variances from an estimate on: with the diffusion's terms where they are looked for, and constant where no sum
     /// of them is positive.
-    fn next_noise(&self, total: &Total, by: (&Settings, &Start)) -> Disturbance {
+    fn next_noise(&self, total: &Total, settings: &Settings) -> Disturbance {
         let passes: Vec<_> = self.records.iter().zip(&total.passes).collect();
         let candidates = self.system.diffusion.as_ref();
-        let depends = candidates.and_then(|all| choice::estimate(&passes, &self.noise, all, by));
+        let depends =
+            candidates.and_then(|all| choice::estimate(&passes, &self.noise, all, settings));
         depends.unwrap_or_else(|| {
             let constant = Disturbance {
                 diffusion: None,

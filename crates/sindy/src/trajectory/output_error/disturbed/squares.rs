@@ -1,16 +1,25 @@
-//! Squared innovations, linearised by what makes their covariance: coefficients of the diffusion, and variances of the measurement.
+//! Innovations and their squares, linearised by what makes their covariance: coefficients of the diffusion, and variances of the
+//! measurement.
 //!
-//! With parameters c and the derivatives `S_a = ∂S/∂c_a` of the innovations' covariance, a step of Fisher's scoring towards maximum
-//! likelihood is the least-squares problem
+//! With parameters c, and the derivatives `S_a` of the innovations' covariance and `ν_a` of the innovations, a step of Fisher's scoring
+//! towards maximum likelihood is the least-squares problem
 //!
 //! ```text
-//! min over δ    ½ Σ_k | z zᵀ - I - Σ_a δ_a D_a |²,      z = L⁻¹ ν,   D_a = L⁻¹ S_a L⁻ᵀ,   S = L Lᵀ
+//! min over δ    Σ_k ( ½ | z zᵀ - I - Σ_a δ_a D_a |²  +  | z + Σ_a δ_a w_a |² ),
+//!               z = L⁻¹ ν,   D_a = L⁻¹ S_a L⁻ᵀ,   w_a = L⁻¹ ν_a,   S = L Lᵀ
 //! ```
 //!
 //! a regression of squared innovations with weights 1/S². Its sum of squares falls by as much as twice the log-likelihood rises, to
-//! second order. The state's covariance passes its derivatives from row to row, `P⁺_a = (I - KC) P_a (I - KC)ᵀ + K R_a Kᵀ`.
+//! second order. Covariance and mean of the state pass their derivatives from row to row,
+//!
+//! ```text
+//! P⁺_a = (I - KC) P_a (I - KC)ᵀ + K R_a Kᵀ,      x⁺_a = (I - KC) x_a + ((I - KC) P_a Cᵀ - K R_a) S⁻¹ ν
+//! ```
+//!
+//! Innovations depend on the covariance through the gain K. Where the measurement's variance is small, their squares alone cannot tell it from
+//! a constant disturbance.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::diffusion::DiffusionCandidates;
@@ -57,9 +66,9 @@ impl Parameters {
 
 /// Normal equations of a step.
 pub(super) struct Squares {
-    /// `[D | zzᵀ - I]ᵀ [D | zzᵀ - I]`.
+    /// `[D | zzᵀ - I]ᵀ [D | zzᵀ - I]`, and the same of `[w | -z]`.
     pub total: DMatrix<f64>,
-    /// Distinct entries of all `zzᵀ`.
+    /// Distinct entries of all `zzᵀ`, and of all `z` where they depend on parameters.
     pub values: usize,
 }
 
@@ -83,9 +92,10 @@ pub(super) fn linearise(
     all.total.iter().all(|v| v.is_finite()).then_some(all)
 }
 
-/// Derivatives of the state's covariance by the parameters.
+/// Derivatives of the state's covariance and mean by the parameters.
 struct Slopes {
     by: Vec<DMatrix<f64>>,
+    mean: Vec<DVector<f64>>,
     parameters: Parameters,
     /// Whether all states are measured almost exactly: a row leaves nothing of what came before.
     forgets: bool,
@@ -103,7 +113,8 @@ fn along(
     let mut sums = Sums::new(parameters.len());
     let mut values = 0;
     let mut belief = Belief::first(record, noise);
-    let mut slopes = Slopes::first(parameters, n == measured && parameters.measured == 0);
+    let exact = noise.sources == Sources::Process;
+    let mut slopes = Slopes::first(parameters, n == measured && exact);
     for (k, step) in steps.iter().enumerate() {
         let mean = &step.to + &step.transition * (&belief.mean - &step.from);
         belief.predict(mean, step, noise);
@@ -125,7 +136,13 @@ fn along(
                 values += 1;
             }
         }
-        slopes.update(&update, measured, weight);
+        if !slopes.forgets {
+            for (k, moved) in slopes.moved(&update)?.row_iter().enumerate() {
+                sums.push(moved.iter().copied(), -z[k]);
+                values += 1;
+            }
+        }
+        slopes.update(&update, measured, weight)?;
     }
     sums.flush();
     Some(Squares {
@@ -144,6 +161,7 @@ impl Slopes {
         }
         Self {
             by,
+            mean: vec![DVector::zeros(n); parameters.len()],
             parameters,
             forgets,
             blank: parameters.measured == 0,
@@ -158,6 +176,7 @@ impl Slopes {
         if !self.blank {
             let turned = f.transpose();
             self.by.iter_mut().for_each(|by| *by = f * &*by * &turned);
+            self.mean.iter_mut().for_each(|mean| *mean = f * &*mean);
         }
         for i in 0..self.parameters.states {
             let outer = f.column(i) * f.column(i).transpose() * ends;
@@ -191,18 +210,29 @@ impl Slopes {
         .collect()
     }
 
-    /// By a row.
-    fn update(&mut self, update: &Update, measured: usize, weight: f64) {
+    /// Those of the innovations, mapped as these are to unit covariance: a column for each parameter.
+    fn moved(&self, update: &Update) -> Option<DMatrix<f64>> {
+        let of = |a: usize, k: usize| -self.mean[a][update.states[k]];
+        let all = DMatrix::from_fn(update.states.len(), self.mean.len(), |k, a| of(a, k));
+        update.root.solve_lower_triangular(&all)
+    }
+
+    /// By a row; `None` where its covariance is singular.
+    fn update(&mut self, update: &Update, measured: usize, weight: f64) -> Option<()> {
         if self.forgets && update.states.len() == measured {
             self.by.iter_mut().for_each(|by| by.fill(0.0));
             self.blank = true;
-            return;
+            return Some(());
         }
         let n = self.parameters.states;
         let mut kept = DMatrix::identity(n, n);
         for (k, &i) in update.states.iter().enumerate() {
             let mut column = kept.column_mut(i);
             column -= update.gain.column(k);
+        }
+        let pull = update.root.tr_solve_lower_triangular(&update.innovation)?;
+        for (by, mean) in self.by.iter().zip(&mut self.mean) {
+            *mean = &kept * (&*mean + by.select_columns(&update.states) * &pull);
         }
         let turned = kept.transpose();
         for by in &mut self.by {
@@ -216,7 +246,10 @@ impl Slopes {
             .filter(|s| *s.1 < estimated)
         {
             let gain = update.gain.column(k);
-            self.by[self.parameters.measurement() + i] += gain * gain.transpose() / weight;
+            let a = self.parameters.measurement() + i;
+            self.by[a] += gain * gain.transpose() / weight;
+            self.mean[a] -= gain * (pull[k] / weight);
         }
+        Some(())
     }
 }
