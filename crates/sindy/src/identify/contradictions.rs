@@ -1,15 +1,16 @@
 //! Whether the data contradict signs, invariants or known parts: the fit without them from where the one with them has ended.
 
 use super::follow::{FollowedModel, Search};
-use super::known::left_side;
+use super::known::{self, KnownPart, left_side};
 use super::regress::Statistics;
 use super::run::{CORRELATED, IdentificationRun};
+use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::Term;
 use crate::solve::sign::{broken, is_constrained};
 use crate::statistics::criteria::TWENTY_TO_ONE;
 use crate::statistics::regression::student_95;
-use crate::trajectory::output_error::{OutputErrorFit, Piece, Settings, Start, System, silent};
+use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, System, silent};
 
 /// A known term that has another coefficient in a fit in which known terms are free.
 #[derive(Clone, Debug)]
@@ -62,7 +63,7 @@ impl IdentificationRun<'_> {
             .chain([found.longest])
             .find_map(|longest| {
                 let mut limits = self.limits(longest);
-                let run = |system: &System, start: &Start, limits: &Settings| {
+                let run = |system: &System, start: &Start, limits: &output_error::Settings| {
                     found
                         .way()
                         .search(system, search.pieces, (start, limits), &mut silent)
@@ -94,15 +95,25 @@ impl IdentificationRun<'_> {
         self.freed(found, pieces).unwrap_or_default()
     }
 
+    /// The known parts that the settings give. Others are those of linearised equations.
+    fn given(&self) -> Result<Vec<KnownPart>, SindyError> {
+        let settings = self.settings;
+        let (known, second_order) = (&settings.known, &settings.second_order);
+        known::of(known, self.data, second_order, settings.discrete)
+    }
+
     fn freed(&self, found: &FollowedModel, pieces: &[Piece<'_>]) -> Option<Vec<FreedTerm>> {
-        // What says that a velocity is the derivative of its position is true by definition.
-        let is_freed = |i: usize| !self.positions.contains(&i);
-        let all = self.libraries.iter().enumerate();
-        let mut known = all.filter(|(i, (_, known))| is_freed(*i) && !known.terms.is_empty());
-        known.next()?;
+        // Under invariants fields are the candidates.
         if self.conserved.is_some() {
             return None;
         }
+        let given = self.given().ok()?;
+        // What says that a velocity is the derivative of its position is true by definition.
+        let is_freed = |i: usize| {
+            let own = &self.libraries[i].1;
+            !self.positions.contains(&i) && !own.terms.is_empty() && given[i] == *own
+        };
+        (0..self.libraries.len()).find(|&i| is_freed(i))?;
         let (mut first, mut coefficients) = (0, Vec::new());
         let (mut libraries, mut kept_known, mut freed) = (Vec::new(), Vec::new(), Vec::new());
         for (equation, (library, known)) in self.libraries.iter().enumerate() {
