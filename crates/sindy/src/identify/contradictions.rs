@@ -7,7 +7,7 @@ use super::run::{CORRELATED, IdentificationRun};
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::Term;
-use crate::solve::sign::{broken, is_constrained};
+use crate::solve::sign::{Sign, broken, is_constrained};
 use crate::statistics::criteria::TWENTY_TO_ONE;
 use crate::statistics::regression::student_95;
 use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, System, silent};
@@ -116,13 +116,15 @@ impl IdentificationRun<'_> {
         (0..self.libraries.len()).find(|&i| is_freed(i))?;
         let (mut first, mut coefficients) = (0, Vec::new());
         let (mut libraries, mut kept_known, mut freed) = (Vec::new(), Vec::new(), Vec::new());
+        let mut signs = Vec::new();
         for (equation, (library, known)) in self.libraries.iter().enumerate() {
             let own = &found.fit.coefficients[first..first + library.len()];
             first += library.len();
             let mut terms = Vec::new();
-            for (term, c) in library.terms().iter().zip(own).filter(|(_, c)| **c != 0.0) {
-                terms.push(term.clone());
-                coefficients.push(*c);
+            for j in (0..own.len()).filter(|&j| own[j] != 0.0) {
+                terms.push(library.terms()[j].clone());
+                coefficients.push(own[j]);
+                signs.push(self.signs[equation].get(j).copied().unwrap_or(Sign::Any));
             }
             let (open, kept) = match is_freed(equation) {
                 true => (&known.terms[..], Vec::new()),
@@ -132,6 +134,7 @@ impl IdentificationRun<'_> {
                 freed.push((coefficients.len(), equation, term));
                 terms.push(term.expression.clone());
                 coefficients.push(term.coefficient);
+                signs.push(Sign::Any);
             }
             libraries.push(Library::of(terms));
             kept_known.push(kept);
@@ -155,7 +158,7 @@ impl IdentificationRun<'_> {
             sigma: found.fit.sigma.clone(),
             floor: self.noise.floor.clone(),
             chosen_from: first,
-            signs: Vec::new(),
+            signs,
             colour: found.fit.colour.clone(),
         };
         let way = found.way();
