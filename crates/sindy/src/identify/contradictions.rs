@@ -188,13 +188,13 @@ impl IdentificationRun<'_> {
             let term = &freed.known.expression;
             let what = match freed.found {
                 Some([value, error]) => {
-                    format!("with a free coefficient it is {value:.4} ± {error:.1e}")
+                    format!("a model in which it is {value:.4} ± {error:.1e}")
                 }
-                None => "the data want no such term".to_string(),
+                None => "a model without the term".to_string(),
             };
             format!(
-                "the data contradict the known coefficient {} of {term} in {left}: {what}, and that model is more than 20 times \
-                 as likely. Check the known part, the data, and what the library lacks",
+                "the data contradict the known coefficient {} of {term} in {left}: {what} is more than 20 times as likely. \
+                 Check the known part, the data, and what the library lacks",
                 freed.known.coefficient
             )
         };
