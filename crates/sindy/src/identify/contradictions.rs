@@ -139,14 +139,7 @@ impl IdentificationRun<'_> {
             libraries.push(Library::of(terms));
             kept_known.push(kept);
         }
-        let states = self.data.states();
-        let measured = (states, states.len() - self.positions.len());
-        let inputs = self.data.inputs();
-        let system =
-            System::with_known(self.time, measured, inputs, &libraries, &kept_known).ok()?;
-        let system = system
-            .stiff(self.system.is_stiff())
-            .with_diffusion_of(&self.system);
+        let system = self.system_of_terms(self.data.inputs(), &libraries, &kept_known)?;
         let correlation = found.fit.correlation;
         let mut limits = self.limits(found.longest);
         limits.penalty *= correlation;

@@ -14,6 +14,7 @@ use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
 use crate::identify::known::KnownPart;
 use crate::library::Library;
+use crate::model::Term;
 use crate::model::Time;
 use crate::solve::sign::Sign;
 use crate::trajectory::output_error::{Piece, System, free_run};
@@ -112,6 +113,20 @@ impl<'a> IdentificationRun<'a> {
             }
             _ => self.of_regression(ranked, statistics, yardstick, followed.as_ref()),
         }
+    }
+
+    /// A system of other candidates and known terms, which is otherwise that of this run; `None` where a term does not compile.
+    pub(super) fn system_of_terms(
+        &self,
+        inputs: &[String],
+        libraries: &[Library],
+        known: &[Vec<Term>],
+    ) -> Option<System> {
+        let states = self.data.states();
+        let measured = (states, states.len() - self.positions.len());
+        let system = System::with_known(self.time, measured, inputs, libraries, known).ok()?;
+        let system = system.stiff(self.system.is_stiff());
+        Some(system.with_diffusion_of(&self.system))
     }
 
     /// The pieces that all models are ranked on.

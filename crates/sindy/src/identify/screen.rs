@@ -65,13 +65,8 @@ impl Screen {
             first += library.len();
         }
         let known: Vec<Vec<Term>> = run.libraries.iter().map(|(_, k)| k.terms.clone()).collect();
-        let states = run.data.states();
-        let measured = (states, states.len() - run.positions.len());
         // All terms were compiled before.
-        let system = System::with_known(run.time, measured, run.data.inputs(), &libraries, &known)
-            .ok()?
-            .stiff(run.system.is_stiff());
-        Some(system.with_diffusion_of(&run.system))
+        run.system_of_terms(run.data.inputs(), &libraries, &known)
     }
 
     /// The values of the candidates that are kept.

@@ -140,10 +140,7 @@ impl IdentificationRun<'_> {
         let known: Vec<Vec<Term>> = known.collect();
         let mut inputs = self.data.inputs().to_vec();
         inputs.extend(others.columns.iter().map(|c| c.name.clone()));
-        let measured = (states, states.len() - self.positions.len());
-        let system = System::with_known(self.time, measured, &inputs, &libraries, &known).ok()?;
-        let system = system.stiff(self.system.is_stiff());
-        Some(system.with_diffusion_of(&self.system))
+        self.system_of_terms(&inputs, &libraries, &known)
     }
 
     /// What is tried in every equation.
