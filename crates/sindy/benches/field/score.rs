@@ -17,6 +17,7 @@ const DOUBTS: &[&str] = &[
     "could follow no trajectory",
     "equally likely",
     "about as likely",
+    "other terms are likelier",
 ];
 
 /// Names of the columns, and the line below them.

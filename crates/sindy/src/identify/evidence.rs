@@ -2,7 +2,6 @@
 
 use super::exchange;
 use crate::solve::fit::Fit;
-use crate::solve::sign::{self, Sign};
 use crate::statistics::criteria::evidence_for;
 use crate::statistics::gram::Gram;
 use crate::statistics::regression::{ClusterErrors, pseudo_inverse, student_95};
@@ -115,33 +114,6 @@ pub(super) fn of_regression(
     out
 }
 
-/// The fit without terms that are more likely absent than not: the one with the least evidence goes first, the others are
-/// fitted again, until the evidence for each is positive. Signs are kept. With it, the evidence.
-pub(super) fn without_doubtful(
-    mut fit: Fit,
-    signs: &[Sign],
-    (parts, total): (&[Gram], &Gram),
-    independent: f64,
-) -> (Fit, Vec<TermEvidence>) {
-    loop {
-        let evidence = of_regression(&fit, parts, total, independent);
-        let Some(least) = least_evident(&fit.support, &evidence) else {
-            return (fit, evidence);
-        };
-        let mut support = fit.support.clone();
-        support[least] = false;
-        let fewer = Fit::on_support(total, support, fit.outcome, fit.iterations);
-        fit = sign::kept(total, fewer, signs);
-    }
-}
-
-/// The term of the support that is most likely absent, if any is more likely absent than not.
-pub(super) fn least_evident(support: &[bool], evidence: &[TermEvidence]) -> Option<usize> {
-    (0..support.len())
-        .filter(|&j| support[j] && evidence[j].evidence < 0.0)
-        .min_by(|&a, &b| evidence[a].evidence.total_cmp(&evidence[b].evidence))
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use rand::{RngExt, SeedableRng};
@@ -247,33 +219,5 @@ pub(super) mod tests {
             // 300 draws of a share of 0.95 scatter by 0.013: three of them; the rows that count are known to a factor.
             assert!((273..=300).contains(&held), "{groups}: {held}");
         }
-    }
-
-    #[test]
-    fn analytic_of_two_doubtful_twins_one_stays() {
-        // y = 2 a and noise; b is a to one percent, so that each is doubtful beside the other.
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
-        let mut samples = Samples::new(&["a", "b", "y"]);
-        for _ in 0..8 {
-            let a: Vec<f64> = (0..50).map(|_| rng.random_range(-1.0..1.0)).collect();
-            let b = a.iter().map(|a| a + 0.01 * rng.random_range(-1.0..1.0));
-            let b = b.collect();
-            let y = a.iter().map(|a| 2.0 * a + rng.random_range(-0.5..0.5));
-            let y = y.collect();
-            samples.push_group(vec![a, b, y]).unwrap();
-        }
-        let library = Library::parse(&["1", "a", "b"]).unwrap();
-        let parts = Gram::accumulate(&library, "y", &samples).unwrap();
-        let total = Gram::total(&parts);
-        let fit = Fit::on_support(&total, vec![true; 3], Outcome::Converged, 1);
-        let before = of_regression(&fit, &parts, &total, 1.0);
-        assert!(before.iter().all(|e| e.evidence < 0.0), "{before:?}");
-        let (kept, after) = without_doubtful(fit, &[], (&parts, &total), 1.0);
-        let left: Vec<usize> = (0..3).filter(|&j| kept.support[j]).collect();
-        assert!(left == [1] || left == [2], "{left:?}");
-        // Seven degrees of freedom and |z| of about 100: 8 ln(100² / 7) - ln 400 - 2 ln 3 = 50.
-        assert!(after[left[0]].evidence > 30.0, "{after:?}");
-        // 400 rows with an error of 0.29: four standard errors of 0.025.
-        assert!((kept.coefficients[left[0]] - 2.0).abs() < 0.1);
     }
 }

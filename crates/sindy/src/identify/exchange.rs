@@ -16,6 +16,8 @@ use crate::trajectory::output_error::{Exchange, OutputErrorFit, exchange};
 const NAMED: usize = 4;
 /// Odds that are as good as certain: larger ones are not written out.
 const SURE: f64 = 1000.0;
+/// Twice the logarithm of odds of 1.05 to 1, which are written as 1.0 to 1.
+const SAME: f64 = 0.0976;
 /// Level at which terms that are left out are tested, all of a fit together.
 const LEVEL: f64 = 0.05;
 
@@ -55,8 +57,13 @@ fn additions(found: &OutputErrorFit, has_sign: &[bool]) -> Vec<Exchange> {
     absent.iter().filter_map(of).collect()
 }
 
+/// Whether the model with other terms is likelier, by more than what odds of one digit show.
+pub(super) fn is_likelier(exchange: &Exchange) -> bool {
+    exchange.cost < -SAME
+}
+
 /// The exchanges of a regression, each over the rows that count for its terms; of two, the fewer.
-fn of_regression(
+pub(super) fn of_regression(
     fit: &Fit,
     signs: &[Sign],
     total: &Gram,
@@ -122,7 +129,7 @@ impl IdentificationRun<'_> {
         self.as_likely(&all)
     }
 
-    /// A warning for each equation that is about as likely with other terms: within odds of 20 to 1.
+    /// Warnings for each equation that is likelier or about as likely with other terms: within odds of 20 to 1.
     pub(super) fn as_likely(&self, exchanges: &[Exchange]) -> Vec<String> {
         let mut out = Vec::new();
         let mut first = 0;
@@ -139,30 +146,41 @@ impl IdentificationRun<'_> {
                 let names = terms.iter().map(|j| &library.names()[j - own.start][..]);
                 names.collect::<Vec<&str>>().join(" and ")
             };
-            let text: Vec<String> = likely
-                .iter()
-                .map(|e| {
-                    let odds = (0.5 * e.cost.abs()).exp();
-                    let odds = match e.cost < 0.0 {
-                        true if odds > SURE => format!("over {SURE} to 1"),
-                        true => format!("{odds:.1} to 1"),
-                        false => format!("1 to {odds:.1}"),
-                    };
-                    let added = names(&e.added);
-                    match &e.dropped[..] {
-                        [] => format!("{added} as well (odds {odds})"),
-                        dropped => format!("{added} instead of {} (odds {odds})", names(dropped)),
-                    }
-                })
-                .collect();
-            if !text.is_empty() {
-                out.push(format!(
-                    "equation of {state}: other terms are about as likely: {}",
-                    text.join(", ")
-                ));
+            let (likelier, as_likely): (Vec<&Exchange>, Vec<&Exchange>) =
+                likely.iter().partition(|e| is_likelier(e));
+            for (what, exchanges) in [("likelier", likelier), ("about as likely", as_likely)] {
+                let text: Vec<String> = exchanges
+                    .iter()
+                    .map(|e| {
+                        let added = names(&e.added);
+                        let odds = odds_text(e.cost);
+                        match &e.dropped[..] {
+                            [] => format!("{added} as well (odds {odds})"),
+                            dropped => {
+                                format!("{added} instead of {} (odds {odds})", names(dropped))
+                            }
+                        }
+                    })
+                    .collect();
+                if !text.is_empty() {
+                    out.push(format!(
+                        "equation of {state}: other terms are {what}: {}",
+                        text.join(", ")
+                    ));
+                }
             }
         }
         out
+    }
+}
+
+/// Odds of other terms against the model, as people write them.
+fn odds_text(cost: f64) -> String {
+    let odds = (0.5 * cost.abs()).exp();
+    match cost < 0.0 {
+        true if odds > SURE => format!("over {SURE} to 1"),
+        true => format!("{odds:.1} to 1"),
+        false => format!("1 to {odds:.1}"),
     }
 }
 

@@ -200,18 +200,11 @@ impl IdentificationRun<'_> {
             }
         }
         let mut best = best?;
+        let correlated = best.fit.correlation > CORRELATED;
+        self.drop_doubtful(&mut best, search);
         if self.settings.discrete {
             best.independence = self.independence(&best.fit, search);
             return Some(best);
-        }
-        let correlated = best.fit.correlation > CORRELATED;
-        if correlated || is_doubtful(&best.fit) {
-            let again = self.less_information(&best, search);
-            if let Some(fit) = again
-                && self.misfit(&fit) <= FOLLOWS.max(self.misfit(&best.fit))
-            {
-                best.fit = fit;
-            }
         }
         // Of samples that are far apart, the noise is not known well enough to say that nothing else is left.
         let sparse = self.stretches.iter().any(|s| !s.seen.is_empty());
@@ -223,6 +216,24 @@ impl IdentificationRun<'_> {
             }
         }
         Some(best)
+    }
+
+    /// Chooses terms again where residuals are correlated, for what they are worth there, until none is more likely absent than
+    /// not. Where all are likely, a model that follows the data goes on following them.
+    fn drop_doubtful(&self, best: &mut FollowedModel, search: &Search<'_>) {
+        for round in 0..COLOUR_ROUNDS {
+            let doubtful = is_doubtful(&best.fit);
+            if !(doubtful || round == 0 && best.fit.correlation > CORRELATED) {
+                return;
+            }
+            let Some(fit) = self.less_information(best, search) else {
+                return;
+            };
+            if !doubtful && self.misfit(&fit) > FOLLOWS.max(self.misfit(&best.fit)) {
+                return;
+            }
+            best.fit = fit;
+        }
     }
 
     /// The search again, with terms worth as much less as there are fewer independent residuals.

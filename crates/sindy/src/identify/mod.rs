@@ -54,6 +54,7 @@ mod follow;
 pub mod implicit;
 mod inputs;
 mod known;
+mod likelier;
 mod map_noise;
 mod map_outliers;
 mod missing;

@@ -3,12 +3,11 @@
 use std::borrow::Cow;
 
 use super::all_rows::OnAllRows;
-use super::evidence::{TermEvidence, intervals, of_regression, without_doubtful};
+use super::evidence::{TermEvidence, intervals};
 use super::follow::FollowedModel;
 use super::rank::RankedModel;
 use super::regress::{FRONT_NODES, Statistics, signed_subsets};
 use super::run::IdentificationRun;
-use super::warnings::doubtful;
 use super::{Candidate, Choice, Equation, FrontPoint, Identification, ratio};
 use crate::error::SindyError;
 use crate::model::{Model, Term};
@@ -141,7 +140,8 @@ impl IdentificationRun<'_> {
             method,
             self.reason_of_fit(fit, start, followed.on_all_rows),
         );
-        let warnings = self.warnings_of_model(&model, fit, followed)?;
+        let mut warnings = self.warnings_of_model(&model, fit, followed)?;
+        warnings.extend(self.doubtful(&fit.coefficients, &evidence));
         self.warnings.extend(warnings);
         let outcome = fit.outcome;
         let lost = moved.map_or(0.0, |m| m.lost);
@@ -163,7 +163,6 @@ impl IdentificationRun<'_> {
         out.extend(self.no_diffusion(fit));
         out.extend(self.warnings_of_multiples(fit));
         out.extend(self.as_likely_trajectories(fit));
-        out.extend(doubtful(model));
         Ok(out)
     }
 
@@ -219,7 +218,7 @@ impl IdentificationRun<'_> {
             .iter()
             .find(|s| s.smoothing == ranked[0].regression.smoothing)
             .unwrap_or(&statistics[0]);
-        let (best, worth) = self.without_doubtful(&ranked[0], from, yardstick);
+        let (best, worth) = self.likelier_regression(&ranked[0], from, yardstick);
         let best = &best;
         let (mut coefficients, mut evidence, mut equations) = match &self.conserved {
             Some(conserved) => self.joint_equations(conserved, best, from)?,
@@ -246,7 +245,7 @@ impl IdentificationRun<'_> {
             ratio(best.free_run)
         );
         let choice = self.choice(best, best.regression.solver, reason);
-        let warnings = self.warnings_of_regression(best, &model);
+        let warnings = self.warnings_of_regression(best, &coefficients, &evidence);
         self.warnings.extend(warnings);
         let as_likely = self.as_likely(&exchanges);
         self.warnings.extend(as_likely);
@@ -300,34 +299,6 @@ impl IdentificationRun<'_> {
             evidence.extend(own);
         }
         Ok((best.coefficients.clone(), evidence, equations))
-    }
-
-    /// The model without terms that are more likely absent than not, and the evidence for the others. Where no simulation can
-    /// follow it then, the model as it was.
-    fn without_doubtful(
-        &self,
-        model: &RankedModel,
-        from: &Statistics,
-        yardstick: &[Piece<'_>],
-    ) -> (RankedModel, Vec<Vec<TermEvidence>>) {
-        let mut regression = model.regression.clone();
-        let mut evidence = Vec::new();
-        let fits = regression.fits.iter_mut().zip(&from.grams);
-        for ((fit, parts), signs) in fits.zip(&self.signs) {
-            let total = Gram::total(parts);
-            let (kept, own) =
-                without_doubtful(fit.clone(), signs, (parts, &total), from.independent);
-            *fit = kept;
-            evidence.push(own);
-        }
-        let kept = RankedModel::new(regression, &self.system, yardstick, &self.noise.sigma);
-        if kept.free_run.is_finite() || !model.free_run.is_finite() {
-            return (kept, evidence);
-        }
-        let fits = model.regression.fits.iter().zip(&from.grams);
-        let whole = fits
-            .map(|(fit, parts)| of_regression(fit, parts, &Gram::total(parts), from.independent));
-        (model.clone(), whole.collect())
     }
 
     fn finish(

@@ -2,6 +2,7 @@
 
 use super::NoiseSource;
 use super::all_rows::OnAllRows;
+use super::evidence::TermEvidence;
 use super::follow::{FollowedModel, SAME_COLOUR};
 use super::known::KnownPart;
 use super::model::count;
@@ -241,7 +242,12 @@ impl IdentificationRun<'_> {
         out
     }
 
-    pub(super) fn warnings_of_regression(&self, best: &RankedModel, model: &Model) -> Vec<String> {
+    pub(super) fn warnings_of_regression(
+        &self,
+        best: &RankedModel,
+        coefficients: &[f64],
+        evidence: &[TermEvidence],
+    ) -> Vec<String> {
         let mut out = Vec::new();
         if !self.settings.discrete && !(best.free_run <= FOLLOWS) {
             out.push(format!(
@@ -250,29 +256,32 @@ impl IdentificationRun<'_> {
                 ratio(best.free_run)
             ));
         }
-        out.extend(doubtful(model));
+        out.extend(self.doubtful(coefficients, evidence));
         if self.settings.method == super::Method::OutputError {
             out.push("the output error could follow no trajectory; this is a regression".into());
         }
         out
     }
-}
 
-/// A warning for each equation that has terms which are more likely absent than not.
-pub(super) fn doubtful(model: &Model) -> Vec<String> {
-    let mut out = Vec::new();
-    for (state, equation) in model.states().iter().zip(model.equations()) {
-        let doubtful: Vec<String> = equation
-            .iter()
-            .filter(|t| t.inclusion.is_some_and(|p| p < 0.5))
-            .map(|t| t.expression.to_string())
-            .collect();
-        if !doubtful.is_empty() {
-            out.push(format!(
-                "equation of {state}: more likely absent than not: {}",
-                doubtful.join(", ")
-            ));
+    /// A warning for each equation that has terms which are more likely absent than not.
+    pub(super) fn doubtful(&self, coefficients: &[f64], evidence: &[TermEvidence]) -> Vec<String> {
+        let mut out = Vec::new();
+        let mut own = coefficients.iter().zip(evidence);
+        for (state, (library, _)) in self.data.states().iter().zip(&self.libraries) {
+            let doubtful: Vec<&str> = library
+                .names()
+                .iter()
+                .zip(&mut own)
+                .filter(|(_, (c, worth))| **c != 0.0 && worth.evidence < 0.0)
+                .map(|(name, _)| &name[..])
+                .collect();
+            if !doubtful.is_empty() {
+                out.push(format!(
+                    "equation of {state}: more likely absent than not: {}",
+                    doubtful.join(", ")
+                ));
+            }
         }
+        out
     }
-    out
 }

@@ -70,6 +70,17 @@ fn analytic_a_kink_is_missed_by_name_and_not_where_the_library_has_it() {
 }
 
 #[test]
+fn prop_no_term_that_imitates_a_missing_one_is_more_likely_absent_than_not() {
+    let pendulum = |_: f64, x: f64, v: f64| -4.0 * x.sin() - 0.15 * v;
+    for seed in 1..4 {
+        let found = fit(&record(&pendulum, 0.01, seed), &["cos(x)", "v*cos(x)"], &[]);
+        let says = |text: &str| found.warnings.iter().any(|w| w.contains(text));
+        assert!(says("not in the library"), "{seed}: {:?}", found.warnings);
+        assert!(!says("absent than not"), "{seed}: {:?}", found.warnings);
+    }
+}
+
+#[test]
 fn analytic_a_slow_drive_that_is_not_in_the_data_is_missed() {
     let driven = |t: f64, x: f64, v: f64| x - x.powi(3) - 0.3 * v + 0.05 * (0.4 * t).cos();
     let found = fit(&record(&driven, 0.01, 2), &[], &[]);
