@@ -17,7 +17,7 @@ const DOUBTS: &[&str] = &[
     "could follow no trajectory",
     "equally likely",
     "about as likely",
-    "other terms are likelier",
+    "other terms fit better",
 ];
 
 /// Names of the columns, and the line below them.

@@ -84,7 +84,7 @@ pub(super) fn of_regression(
 }
 
 impl IdentificationRun<'_> {
-    /// The exchanges of regressions of all equations, which the evidence for the terms then counts.
+    /// The exchanges of regressions of all equations, which the evidence for the terms then counts: those that are not likelier.
     pub(super) fn exchanges(
         &self,
         model: &RankedModel,
@@ -101,8 +101,13 @@ impl IdentificationRun<'_> {
         for ((fit, parts), signs) in fits.zip(&self.signs) {
             let own = &mut evidence[first..first + fit.support.len()];
             let exchanges = of_regression(fit, signs, &Gram::total(parts), own);
+            let alike: Vec<Exchange> = exchanges
+                .iter()
+                .filter(|e| !is_likelier(e))
+                .cloned()
+                .collect();
             for (j, evidence) in own.iter_mut().enumerate() {
-                evidence.exchanged = odds(&exchanges, j);
+                evidence.exchanged = odds(&alike, j);
             }
             out.extend(exchanges.into_iter().map(|e| Exchange {
                 dropped: e.dropped.iter().map(|k| first + k).collect(),
@@ -129,8 +134,26 @@ impl IdentificationRun<'_> {
         self.as_likely(&all)
     }
 
-    /// Warnings for each equation that is likelier or about as likely with other terms: within odds of 20 to 1.
-    pub(super) fn as_likely(&self, exchanges: &[Exchange]) -> Vec<String> {
+    /// What [`as_likely`](Self::as_likely) says of a regression. With likelier terms it predicts worse in free run, or it would
+    /// have them.
+    pub(super) fn as_likely_regressions(&self, exchanges: Vec<Exchange>) -> Vec<String> {
+        let (better, alike): (Vec<Exchange>, Vec<Exchange>) =
+            exchanges.into_iter().partition(is_likelier);
+        let mut out = self.named(
+            &better,
+            "other terms fit better, but predict worse in free run",
+        );
+        out.extend(self.as_likely(&alike));
+        out
+    }
+
+    /// A warning for each equation that is about as likely with other terms: within odds of 20 to 1.
+    fn as_likely(&self, exchanges: &[Exchange]) -> Vec<String> {
+        self.named(exchanges, "other terms are about as likely")
+    }
+
+    /// The likeliest exchanges of each equation after some words.
+    fn named(&self, exchanges: &[Exchange], words: &str) -> Vec<String> {
         let mut out = Vec::new();
         let mut first = 0;
         for (state, (library, _)) in self.data.states().iter().zip(&self.libraries) {
@@ -146,28 +169,18 @@ impl IdentificationRun<'_> {
                 let names = terms.iter().map(|j| &library.names()[j - own.start][..]);
                 names.collect::<Vec<&str>>().join(" and ")
             };
-            let (likelier, as_likely): (Vec<&Exchange>, Vec<&Exchange>) =
-                likely.iter().partition(|e| is_likelier(e));
-            for (what, exchanges) in [("likelier", likelier), ("about as likely", as_likely)] {
-                let text: Vec<String> = exchanges
-                    .iter()
-                    .map(|e| {
-                        let added = names(&e.added);
-                        let odds = odds_text(e.cost);
-                        match &e.dropped[..] {
-                            [] => format!("{added} as well (odds {odds})"),
-                            dropped => {
-                                format!("{added} instead of {} (odds {odds})", names(dropped))
-                            }
-                        }
-                    })
-                    .collect();
-                if !text.is_empty() {
-                    out.push(format!(
-                        "equation of {state}: other terms are {what}: {}",
-                        text.join(", ")
-                    ));
-                }
+            let text: Vec<String> = likely
+                .iter()
+                .map(|e| {
+                    let (added, odds) = (names(&e.added), odds_text(e.cost));
+                    match &e.dropped[..] {
+                        [] => format!("{added} as well (odds {odds})"),
+                        dropped => format!("{added} instead of {} (odds {odds})", names(dropped)),
+                    }
+                })
+                .collect();
+            if !text.is_empty() {
+                out.push(format!("equation of {state}: {words}: {}", text.join(", ")));
             }
         }
         out

@@ -247,7 +247,7 @@ impl IdentificationRun<'_> {
         let choice = self.choice(best, best.regression.solver, reason);
         let warnings = self.warnings_of_regression(best, &coefficients, &evidence);
         self.warnings.extend(warnings);
-        let as_likely = self.as_likely(&exchanges);
+        let as_likely = self.as_likely_regressions(exchanges);
         self.warnings.extend(as_likely);
         let against = self.contradicted_by_regression(from)?;
         self.warnings.extend(against);
