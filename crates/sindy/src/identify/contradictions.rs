@@ -7,6 +7,7 @@ use super::run::{CORRELATED, IdentificationRun};
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::Term;
+use crate::model::print::Number;
 use crate::solve::sign::{Sign, broken, is_constrained};
 use crate::statistics::criteria::TWENTY_TO_ONE;
 use crate::statistics::regression::student_95;
@@ -181,7 +182,9 @@ impl IdentificationRun<'_> {
             let term = &freed.known.expression;
             let what = match freed.found {
                 Some([value, error]) => {
-                    format!("a model in which it is {value:.4} ± {error:.1e}")
+                    let shown = |value, digits| Number::new(value, Some(digits)).text();
+                    let (value, error) = (shown(value, 4), shown(error, 2));
+                    format!("a model in which it is {value} ± {error}")
                 }
                 None => "a model without the term".to_string(),
             };

@@ -19,6 +19,7 @@ use super::run::IdentificationRun;
 use crate::data::dataset::Dataset;
 use crate::error::SindyError;
 use crate::library::Library;
+use crate::model::print::Number;
 use crate::solve::sign::{Sign, broken, is_constrained};
 use crate::statistics::criteria::{Criterion, TWENTY_TO_ONE};
 use crate::statistics::gram::Gram;
@@ -195,10 +196,10 @@ impl IdentificationRun<'_> {
         let left = left_side(&self.data.states()[i], self.settings.discrete);
         let warning = |j: usize| {
             format!(
-                "the data contradict the sign of {} in {left}: without signs its coefficient is {:.3e}, and that model is more \
+                "the data contradict the sign of {} in {left}: without signs its coefficient is {}, and that model is more \
                  than 20 times as likely. Check the sign, the data, and what the library lacks",
                 self.libraries[i].0.names()[j],
-                coefficients[j]
+                Number::new(coefficients[j], Some(4)).text()
             )
         };
         broken(&self.signs[i], coefficients).map(warning).collect()

@@ -50,7 +50,7 @@ mod json;
 mod limits;
 mod past;
 mod predict;
-mod print;
+pub(crate) mod print;
 mod simulate;
 pub(crate) mod stability;
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Known parts of equations, and equations of second order.
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::identify::tests::quiet;
@@ -227,6 +227,28 @@ fn analytic_known_coefficients_that_are_wrong_are_named_and_right_ones_are_not()
             assert_eq!(contradicted(right, seed), [""; 0]);
         }
     }
+}
+
+#[test]
+fn analytic_a_small_coefficient_is_named_with_its_digits() {
+    let mut noise = rand_pcg::Pcg64::seed_from_u64(1);
+    let time: Vec<f64> = (0..1000).map(|k| 1e3 * f64::from(k)).collect();
+    let decay = time
+        .iter()
+        .map(|t| 3.0 * (-2e-6 * t).exp() + noise.random_range(-1e-3..1e-3));
+    let mut data = Dataset::new(&["x"], &[]).unwrap();
+    let columns = vec![decay.collect()];
+    data.push("run", time, columns, None).unwrap();
+    let settings = Settings {
+        known: vec!["x' = -3e-6*x + ...".to_string()],
+        ..Settings::default()
+    };
+    let library = Library::polynomial(&["x"], 2).unwrap();
+    let found = run(&library, settings, &data);
+    // Standard errors of 2e-10.
+    let named =
+        |w: &String| w.contains("-0.000003 of x in x': a model in which it is -2.000e-6 ± ");
+    assert!(found.warnings.iter().any(named), "{:?}", found.warnings);
 }
 
 #[test]

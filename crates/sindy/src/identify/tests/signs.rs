@@ -102,7 +102,7 @@ fn analytic_a_sign_that_is_true_changes_nothing_and_one_that_is_false_is_warned_
         .find(|w| w.contains("contradict"))
         .unwrap();
     assert!(
-        said.contains("x_dot in x_dot'") && said.contains("-2.0"),
+        said.contains("x_dot in x_dot'") && said.contains("is -0.20"),
         "{said}"
     );
 }
