@@ -129,6 +129,10 @@ impl IdentificationRun<'_> {
         progress: &mut dyn FnMut(Progress),
     ) -> Option<FollowedModel> {
         let mut found = self.best_of_starts(search, Way::Filter(sources), progress)?;
+        // Where the source is not given, prediction errors that are correlated refuse the model.
+        if self.settings.noise != NoiseSource::Automatic {
+            self.drop_doubtful(&mut found, search);
+        }
         let innovations = disturbed::innovations(search.system, search.pieces, &found.fit)?;
         found.surprises = Some(Surprises {
             white: innovations.white,

@@ -220,7 +220,7 @@ impl IdentificationRun<'_> {
 
     /// Chooses terms again where residuals are correlated, for what they are worth there, until none is more likely absent than
     /// not. Where all are likely, a model that follows the data goes on following them.
-    fn drop_doubtful(&self, best: &mut FollowedModel, search: &Search<'_>) {
+    pub(super) fn drop_doubtful(&self, best: &mut FollowedModel, search: &Search<'_>) {
         for round in 0..COLOUR_ROUNDS {
             let doubtful = is_doubtful(&best.fit);
             if !(doubtful || round == 0 && best.fit.correlation > CORRELATED) {

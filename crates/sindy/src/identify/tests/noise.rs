@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::{against_truth, quiet};
-use crate::identify::{Identification, Identify};
+use crate::identify::{Identification, Identify, NoiseSource, Settings};
 use crate::problems::{self, Problem};
 use crate::{Dataset, Library};
 
@@ -60,6 +60,31 @@ fn analytic_true_models_are_accepted_in_noise_of_any_colour() {
         assert!(!doubted(&found), "{}: {:?}", problem.name, found.warnings);
         let colour = found.warnings.iter().any(|w| w.contains("is not white"));
         assert!(colour, "{}: {:?}", problem.name, found.warnings);
+    }
+}
+
+#[test]
+fn prop_a_source_that_is_not_the_noises_own_leaves_no_doubtful_terms() {
+    // Noise of the measurement that remembers is no disturbance: prediction errors are correlated, and terms imitate that.
+    for (problem, of, percent) in [
+        (problems::lorenz(), 0.9999, 2.0),
+        (problems::van_der_pol(), 0.9, 1.0),
+    ] {
+        let settings = Settings {
+            noise: NoiseSource::Process,
+            ..Settings::default()
+        };
+        let identify = Identify::new(problem.library().unwrap());
+        let found = identify
+            .settings(settings)
+            .unwrap()
+            .run(&coloured(&problem, of, percent, 31), &mut quiet())
+            .unwrap();
+        let says = |text: &str| found.warnings.iter().any(|w| w.contains(text));
+        assert!(!says("absent than not"), "{:?}", found.warnings);
+        assert!(says("are correlated"), "{:?}", found.warnings);
+        let (_, exact) = against_truth(&problem, &found.model);
+        assert!(exact, "{}: {}", problem.name, found.model);
     }
 }
 
