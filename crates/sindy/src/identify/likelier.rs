@@ -98,16 +98,18 @@ impl IdentificationRun<'_> {
             let ranked = RankedModel::new(regression, &self.system, yardstick, &self.noise.sigma);
             (ranked, evidence)
         };
-        let fits = model.regression.fits.iter().cloned().zip(&rows);
-        let fewer: Vec<Fitted> = fits.map(|(fit, rows)| rows.without_doubtful(fit)).collect();
-        let mut kept = ranked(fewer.clone());
+        let fits = || model.regression.fits.iter().cloned().zip(&rows);
+        let mut fitted: Vec<Fitted> = fits()
+            .map(|(fit, rows)| rows.without_doubtful(fit))
+            .collect();
+        let mut kept = ranked(fitted.clone());
         if !kept.0.free_run.is_finite() && model.free_run.is_finite() {
-            let fits = model.regression.fits.iter().cloned().zip(&rows);
-            return ranked(fits.map(|(fit, rows)| rows.with_evidence(fit)).collect());
+            fitted = fits().map(|(fit, rows)| rows.with_evidence(fit)).collect();
+            kept = ranked(fitted.clone());
         }
         // Under invariants a candidate is no column of the regression.
         if self.conserved.is_none() {
-            let fits = fewer.into_iter().zip(&rows);
+            let fits = fitted.into_iter().zip(&rows);
             let other = ranked(fits.map(|(fitted, rows)| rows.exchanged(fitted)).collect());
             if BETTER * other.0.free_run <= kept.0.free_run {
                 kept = other;

@@ -4,8 +4,9 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+use super::disturbed::by;
 use super::{against_truth, quiet};
-use crate::identify::{Identification, Identify, NoiseSource, Settings};
+use crate::identify::{Identification, Identify, NoiseSource};
 use crate::problems::{self, Problem};
 use crate::{Dataset, Library};
 
@@ -70,13 +71,9 @@ fn prop_a_source_that_is_not_the_noises_own_leaves_no_doubtful_terms() {
         (problems::lorenz(), 0.9999, 2.0),
         (problems::van_der_pol(), 0.9, 1.0),
     ] {
-        let settings = Settings {
-            noise: NoiseSource::Process,
-            ..Settings::default()
-        };
         let identify = Identify::new(problem.library().unwrap());
         let found = identify
-            .settings(settings)
+            .settings(by(NoiseSource::Process))
             .unwrap()
             .run(&coloured(&problem, of, percent, 31), &mut quiet())
             .unwrap();
