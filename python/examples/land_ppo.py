@@ -1,9 +1,12 @@
 """Proximal policy optimisation (PPO) that learns to land on a moving deck, in NumPy alone.
 
-    python python/examples/land_ppo.py [--deck paper] [--minutes 4] [--out policy.npz]
+    python python/examples/land_ppo.py [--deck paper] [--minutes 4] [--out policy.json]
 
 One file in the manner of CleanRL: two networks of two hidden layers, generalised advantages, clipped objective, Adam. At the end
-the policy and the controller of the scenario fly the same trials, which neither was trained on, on the same plant.
+the policy and the controller of the scenario fly the same trials, which neither was trained on, on the same plant. The file of --out
+flies in landings with sensors:
+
+    touchdown land --space --policy policy.json --out landings
 """
 
 from __future__ import annotations
@@ -14,14 +17,16 @@ import time
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from touchdown.gym import LandingVectorEnv
+import touchdown
+from touchdown.gym import LandingVectorEnv, Reward
 
 # Width of the hidden layers, landings side by side, decisions in a batch of each, epochs over it, rows of a gradient step.
 WIDTH, ENVS, HORIZON, EPOCHS, ROWS = 64, 128, 128, 6, 2048
 # Discount and the trace of advantages at 25 decisions a second: half of a reward is left after 5.5 s.
 GAMMA, LAMBDA, CLIP, RATE, ENTROPY = 0.995, 0.95, 0.2, 1e-3, 0.002
 DECISION_S = 0.04
-# Brings each number of an observation to about 1.
+# Brings each number of an observation to about 1, and what is far from it to the limit.
+LIMIT = 10.0
 SCALE = np.array([1, 1, 1, 2, 2, 2, 2, 2, 2, 1, 5, 5, 5, 1, 1, 1, 5, 5, 5], dtype=np.float32)
 
 
@@ -63,7 +68,7 @@ class Network:
 
 def features(observation: np.ndarray) -> np.ndarray:
     """Observations as the networks take them."""
-    return np.clip(observation * SCALE, -10.0, 10.0)
+    return np.clip(observation * SCALE, -LIMIT, LIMIT)
 
 
 class Policy:
@@ -74,6 +79,13 @@ class Policy:
         self.value = Network([len(SCALE), WIDTH, WIDTH, 1], 1.0, rng)
         self.log_sd = Network([1, actions], 0.0, rng)
         self.log_sd.weights[1] -= 1.0
+
+    def written(self) -> touchdown.Policy:
+        """The mean, as `touchdown land --space` flies it."""
+        weights = self.mean.weights
+        kinds = ["tanh"] * (len(weights) // 2 - 1) + ["linear"]
+        layers = [(w.T, b, kind) for w, b, kind in zip(weights[::2], weights[1::2], kinds)]
+        return touchdown.Policy(layers, decision_s=DECISION_S, scale=SCALE, limit=LIMIT)
 
     def spread(self) -> np.ndarray:
         """Logarithm of the standard deviation."""
@@ -183,12 +195,15 @@ def main() -> None:
     # Landings that hover on are cut off: most of what is learned is in the descent.
     scenario = {"timeout_s": 15.0}
     mode = AutoresetMode.SAME_STEP
-    envs = LandingVectorEnv(ENVS, deck=given.deck, scenario=scenario, decision_s=DECISION_S, autoreset_mode=mode)
+    # Faster than the landing computer allows would be no landing of `touchdown land --space`.
+    envs = LandingVectorEnv(
+        ENVS, deck=given.deck, scenario=scenario, decision_s=DECISION_S, autoreset_mode=mode, reward=Reward(excess=5.0)
+    )
     policy = Policy(envs.single_action_space.shape[0], rng)
     train(envs, policy, given.minutes, rng)
     judge(given.deck, policy, given.trials, seed=1000 + given.seed)
     if given.out:
-        np.savez(given.out, *policy.mean.weights)
+        policy.written().save(given.out)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ gymnasium = pytest.importorskip("gymnasium")
 from gymnasium.vector import AutoresetMode  # noqa: E402
 
 import touchdown as td  # noqa: E402
-from touchdown.gym import OBSERVATION, LandingVectorEnv  # noqa: E402
+from touchdown.gym import OBSERVATION, LandingVectorEnv, Reward  # noqa: E402
 
 
 def descend(observation: np.ndarray) -> np.ndarray:
@@ -136,6 +138,7 @@ def test_prop_settings_are_the_scenarios_and_faults_are_named() -> None:
         ({"scenario": {"turbulense": True}}, "turbulense"),
         ({"action": "torque"}, "action"),
         ({"action": "rates", "rate_radps": 0.0}, "rate_radps"),
+        ({"thrust_range": 1.5}, "thrust_range"),
         ({"decision_s": 0.03}, "decision_s"),
         ({"scenario": {"faults": {"extra_latency_s": 0.1}}}, "faults.extra_latency_s"),
     ]:
@@ -179,3 +182,101 @@ def test_prop_what_cannot_be_flown_is_refused() -> None:
     for call in (lambda: envs.step(still), lambda: envs.reset(seed=1)):
         with pytest.raises(ClosedEnvironmentError):
             call()
+
+
+def hand(**settings: object) -> td.Policy:
+    """The law by hand as a policy of one layer; its lean is not limited."""
+    weights = np.zeros((3, 19))
+    weights[0, 5] = -2.0
+    weights[1, [1, 4]], weights[2, [0, 3]] = [0.8, 1.0], [-0.8, -1.0]
+    return td.Policy([(weights, [-0.5, 0.0, 0.0], "linear")], **settings)
+
+
+def test_xval_numpy_a_policy_is_the_network_of_its_layers(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    sizes = [19, 32, 7, 4]
+    shapes = list(zip(sizes[1:], sizes[:-1]))
+    layers = [(rng.normal(size=shape) / 4, rng.normal(size=shape[0])) for shape in shapes]
+    kinds = ["tanh", "relu", "tanh"]
+    offset, scale = rng.normal(size=19), rng.uniform(0.5, 3.0, 19)
+    given = [(w, b, kind) for (w, b), kind in zip(layers, kinds)]
+    policy = td.Policy(given, action="rates", offset=offset, scale=scale, limit=1.5)
+    seen = rng.normal(size=(50, 19))
+    x = np.clip((seen - offset) * scale, -1.5, 1.5)
+    for (w, b), kind in zip(layers, kinds):
+        x = np.tanh(x @ w.T + b) if kind == "tanh" else np.maximum(x @ w.T + b, 0.0)
+    # Actions have single precision: half of 1.2e-7 of 1.
+    assert np.abs(policy(seen) - x).max() < 1e-7 and policy(seen).dtype == np.float32
+    assert np.array_equal(policy(seen[3]), policy(seen)[3])
+    policy.save(tmp_path / "p.json")
+    again = td.Policy.read(tmp_path / "p.json")
+    assert again.settings == policy.settings and pickle.loads(pickle.dumps(policy)).settings == policy.settings
+    assert repr(policy) == "Policy(19 x 32 x 7 x 4, rates, every 0.02 s)"
+
+
+def test_prop_a_policy_flies_in_its_environment_and_in_landings_with_sensors(tmp_path: Path) -> None:
+    policy = hand(decision_s=0.04)
+    envs = LandingVectorEnv(10, deck="paper", decision_s=0.04, autoreset_mode=AutoresetMode.SAME_STEP)
+    observation, _ = envs.reset(seed=4)
+    ends: list[str] = []
+    while len(ends) < 20:
+        observation, _, terminated, truncated, info = envs.step(policy(observation))
+        ends += list(info["outcome"][terminated | truncated]) if "outcome" in info else []
+    landings = td.land(space=True, policy=policy, controllers=["observer"], trials=10, seed=4)
+    own = landings["control.controller"] == "policy"
+    assert own.sum() == 10 and (~own).sum() == 10
+    # Nine of ten as of the law by hand above, on the truth and on estimates.
+    assert ends.count("landed") >= 18 and landings.landed[own].sum() >= 9
+    policy.save(tmp_path / "p.json")
+    by_file = td.land(space=True, policy=tmp_path / "p.json", controllers=["observer"], trials=10, seed=4)
+    assert np.array_equal(by_file["v_l_mps"], landings["v_l_mps"], equal_nan=True)
+    space = td.Space("paper", policy=policy, seed=4)
+    assert space.land(3)["v_l_mps"] == landings["v_l_mps"][own][3]
+    assert pickle.loads(pickle.dumps(space)).land(3)["v_l_mps"] == space.land(3)["v_l_mps"]
+    # 0.7 m at 0.25 m/s at most, from 0.15 m below the hover at the lowest.
+    assert (landings["t_l_s"][own][landings.landed[own]] > 2.2).all()
+
+
+def test_prop_excess_is_what_exceeds_the_landing_computers_limits() -> None:
+    fall = np.tile(np.array([[-1.0, 0.0, 0.0]], dtype=np.float32), (2, 1))
+    envs = [LandingVectorEnv(2, deck="still", reward=Reward(excess=excess, within=0.5)) for excess in (0.0, 3.0)]
+    firsts = [env.reset(seed=1)[0] for env in envs]
+    assert np.array_equal(*firsts)
+    costs = []
+    for _ in range(20):
+        (seen, plain, *_), (_, costly, *_) = (env.step(fall) for env in envs)
+        limits = 0.35 + seen[:, 2], 0.10 + 0.25 * seen[:, 2]
+        beyond = np.maximum(-seen[:, 5] - 0.5 * limits[0], 0) + np.maximum(np.hypot(seen[:, 0], seen[:, 1]) - 0.5 * limits[1], 0)
+        # Observations have single precision; a decision takes 0.02 s.
+        assert np.abs(plain - costly - 3.0 * 0.02 * beyond).max() < 1e-7
+        costs.append((plain - costly).max())
+    # It sinks with half of gravity: at 0.1 s within the limit, at 0.4 s beyond it.
+    assert costs[3] == 0.0 and costs[-1] > 0.01
+
+
+def test_prop_policies_that_do_not_fit_are_refused(tmp_path: Path) -> None:
+    layer = (np.zeros((3, 19)), np.zeros(3), "tanh")
+    (tmp_path / "text.json").write_text("learned")
+    for key, call in [
+        ("layers.0.weights.0", lambda: td.Policy([(np.zeros((3, 18)), np.zeros(3), "tanh")])),
+        ("layers.0.weights", lambda: td.Policy([layer], action="rates")),
+        ("layers.1.weights.0", lambda: td.Policy([layer, (np.zeros((3, 4)), np.zeros(3), "tanh")])),
+        ("layers", lambda: td.Policy([])),
+        ("layers", lambda: td.Policy([(np.full((3, 19), np.nan), np.zeros(3), "tanh")])),
+        ("layers[0].activation", lambda: td.Policy([(*layer[:2], "cubic")])),
+        ("scale", lambda: td.Policy([layer], scale=np.inf)),
+        ("input.scale", lambda: td.Policy([layer], scale=[1.0, 2.0])),
+        ("action.tilt_rad", lambda: td.Policy([layer], tilt_rad=2.0)),
+        ("decision_s", lambda: td.Policy([layer], decision_s=0.0)),
+        ("policy", lambda: td.land(policy=td.Policy([layer]), thrust=None)),
+        ("policy.decision_s", lambda: td.land(space=True, policy=td.Policy([layer], decision_s=0.005), trials=1)),
+        ("controller", lambda: td.Space("paper", policy=td.Policy([layer]), controller="observer")),
+        ("observations", lambda: td.Policy([layer])(np.zeros(18))),
+    ]:
+        with pytest.raises(td.SindyError) as caught:
+            call()
+        assert caught.value.key == key and caught.value.found, (key, caught.value.key, str(caught.value))
+    with pytest.raises(td.SindyError, match=r"text\.json.*expected value"):
+        td.Policy.read(tmp_path / "text.json")
+    with pytest.raises(FileNotFoundError):
+        td.Policy.read(tmp_path / "absent.json")

@@ -14,6 +14,7 @@ from . import dist, identify
 from ._campaign import Campaign, campaign, campaign_status
 from ._card import Card
 from ._land import Landings, land
+from ._policy import Policy
 from ._reproduce import Reproduction, reproduce
 from ._space import Landing, Space
 from ._table import Table
@@ -28,6 +29,7 @@ __all__ = [
     "InternalError",
     "Landing",
     "Landings",
+    "Policy",
     "Reproduction",
     "SindyError",
     "SindyWarning",

@@ -17,6 +17,7 @@ from sindy._solvers import threads
 
 from . import _plot
 from ._card import Card
+from ._policy import Policy, policy_file
 from ._table import Table, as_column
 from ._trial import Path
 
@@ -122,6 +123,7 @@ def land(
     empirical: Card | None = None,
     dynamic: Card | None = None,
     controllers: Sequence[str] = (),
+    policy: Path | Policy | None = None,
     trials: int | None = None,
     seed: int | None = None,
     space: bool = False,
@@ -142,6 +144,8 @@ def land(
         built-in one.
     controllers : sequence of str, optional
         Default: for the vertical vehicle those whose cards are given, in space the scenario's.
+    policy : path or Policy, optional
+        In space, a learned policy whose descents are flown beside those of the controllers, as controller ``policy``.
     trials, seed : int, optional
         Those of the scenario if not given.
     space : bool
@@ -169,6 +173,8 @@ def land(
     trials, seed, traces = whole("trials", trials, 1), whole("seed", seed), whole("traces", traces)
     names = [controllers] if isinstance(controllers, str) else list(controllers)
     if not space:
+        if policy is not None:
+            raise fault("policy", "none without `space=True`", type(policy).__name__)
         if thrust is None:
             raise fault("thrust", "the thrust card that the controllers fly with", "none")
         if not names and file is None and not (isinstance(scenario, Mapping) and "controllers" in scenario):
@@ -193,4 +199,5 @@ def land(
     # A sweep names its cards by their files.
     with tempfile.TemporaryDirectory() as folder:
         paths = card_files(folder, thrust, empirical, dynamic)
-        return Landings(_native.land_in_space(file, keys, paths, names, trials, seed, deck_acceleration, jobs))
+        learned = policy_file(folder, policy)
+        return Landings(_native.land_in_space(file, keys, paths, names, learned, trials, seed, deck_acceleration, jobs))

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from sindy import _native
-from sindy._errors import needed, whole
+from sindy._errors import fault, needed, whole
 
 from . import _plot
 from ._card import Card
 from ._land import Landings, Scenario, _given, card_files
+from ._policy import Policy, policy_file
+from ._trial import Path
 
 
 class Landing(Mapping[str, Any]):
@@ -76,6 +78,8 @@ class Space:
         The models that the controller flies with; a model without a card is the built-in one.
     controller : str, optional
         By default the scenario's.
+    policy : path or Policy, optional
+        A learned policy that flies the descents in the place of a controller.
     seed : int, optional
         Of all trials; by default that of `settings`, or 1.
     deck_acceleration : bool
@@ -103,13 +107,18 @@ class Space:
         empirical: Card | None = None,
         dynamic: Card | None = None,
         controller: str | None = None,
+        policy: Path | Policy | None = None,
         seed: int | None = None,
         deck_acceleration: bool = True,
     ) -> None:
+        if policy is not None and controller is not None:
+            raise fault("controller", "none beside a policy", controller)
         file, keys = _given(settings)
         with tempfile.TemporaryDirectory() as folder:
             paths = card_files(folder, thrust, empirical, dynamic)
-            self._native = _native.Space(deck, file, keys, paths, controller, whole("seed", seed), deck_acceleration)
+            learned = policy_file(folder, policy)
+            number = whole("seed", seed)
+            self._native = _native.Space(deck, file, keys, paths, controller, learned, number, deck_acceleration)
 
     def land(self, trial: int = 0) -> Landing:
         """Flies the landing of a trial, whose vehicle, start, deck, air and noise are drawn from the seed."""

@@ -12,6 +12,7 @@
 //! | [`cards`] | the model cards that are flown, by their paths |
 //! | [`statistics`] | means, shares and percentiles over landings |
 //! | [`settings_file`] | settings as TOML files |
+//! | [`policy`] | a learned policy, from its file |
 //! | [`place`] | where a campaign's files are: a folder, or object storage |
 //! | [`files`], [`csv`] | files that are written whole, lines of tables |
 //! | [`progress`] | progress of long work |
@@ -23,6 +24,7 @@ pub mod error;
 pub mod files;
 pub mod measured_deck;
 pub mod place;
+pub mod policy;
 pub mod progress;
 pub mod recording;
 pub mod scene;

@@ -1,5 +1,6 @@
 //! One table of colours: the same thing has the same colour in all panels of all pages.
 
+use touchdown_campaign::policy::POLICY;
 use touchdown_flight::Method;
 use touchdown_model::Form;
 use touchdown_report::Color;
@@ -39,6 +40,7 @@ const SSC: Color = Color::Cycle(3);
 const FEEDBACK: Color = Color::Cycle(5);
 const OBSERVER: Color = Color::Cycle(10);
 const DYNAMIC_OBSERVER: Color = Color::Cycle(15);
+const LEARNED: Color = Color::Cycle(12);
 
 /// The colour of a method of vertical landing.
 pub fn of_method(method: Method) -> Color {
@@ -55,6 +57,7 @@ pub fn of_controller(name: &str) -> Option<Color> {
         "ssc" => SSC,
         "observer" => OBSERVER,
         "dynamic+observer" => DYNAMIC_OBSERVER,
+        POLICY => LEARNED,
         _ => return None,
     })
 }

@@ -66,6 +66,10 @@ pub(crate) const TERMS: &[Term] = &[
         &["dynamic+observer"],
         "This controller feeds the identified ground effect forward, and an observer estimates the rest from the accelerometer.",
     ),
+    term(
+        &["policy"],
+        "A learned network flies the descents. It sees what the landing computer estimates; approach, hover, go-arounds and touchdown remain the computer's.",
+    ),
     // Models of thrust and ground effect.
     term(
         &["free run", "free runs", "Free run, unseen trials"],

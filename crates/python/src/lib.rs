@@ -82,6 +82,8 @@ mod _native {
     #[pymodule_export]
     use crate::touchdown::land::{SpaceLandings, land_in_space};
     #[pymodule_export]
+    use crate::touchdown::policy::Policy;
+    #[pymodule_export]
     use crate::touchdown::reproduce::reproduce;
     #[pymodule_export]
     use crate::touchdown::space::Space;

@@ -70,6 +70,7 @@ fn descend(world: &World, what: What) -> [f64; 3] {
         thrust_n: 13.44,
         attitude: state.attitude,
         yaw_rate: 0.0,
+        body_rates: None,
     };
     let (mut disturbance, mut log) = (Disturbance::default(), ContactLog::default());
     let mut pose = deck.at(0.0);

@@ -10,6 +10,7 @@ mod fast_camera;
 mod independence;
 mod landing;
 mod plant;
+mod policy;
 mod rig;
 mod rigid;
 mod rotors;

@@ -37,6 +37,7 @@ fn setpoint(attitude: [f64; 4]) -> AttitudeSetpoint {
         thrust_n: W,
         attitude,
         yaw_rate: 0.0,
+        body_rates: None,
     }
 }
 
@@ -132,7 +133,7 @@ proptest::proptest! {
         let size = q.iter().map(|v| v * v).sum::<f64>().sqrt();
         proptest::prop_assume!(size > 0.1);
         let attitude = q.map(|v| v / size);
-        let mut wanted = AttitudeSetpoint { thrust_n: thrust, attitude: w, yaw_rate: 0.3 };
+        let mut wanted = AttitudeSetpoint { thrust_n: thrust, attitude: w, yaw_rate: 0.3, body_rates: None };
         for step in 0..4 {
             let mut rates = [x, y, z];
             if step == 2 && bad < 3 {
@@ -230,6 +231,7 @@ fn prop_it_holds_its_attitude_over_a_sea_in_wind() {
                 thrust_n: 1.37 * (9.81 + az),
                 attitude: [a[0] * b[0], a[0] * b[1], a[2] * b[0], -a[2] * b[1]],
                 yaw_rate: 0.0,
+                body_rates: None,
             };
             let (q, w) = (state.attitude, state.rates);
             sent = cascade.step(&mut control, q, w, &wanted).throttle;

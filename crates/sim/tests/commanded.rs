@@ -1,13 +1,15 @@
 //! Landings that are commanded from outside.
 
-use touchdown_sim::landing::space::{Batch, Case, CommandKind, Commanded, LaneEnd, SpaceOutcome};
+use touchdown_sim::landing::space::{
+    Batch, Case, CommandKind, Commanded, LaneEnd, Observation, SpaceOutcome,
+};
 
 /// Descends upright at a sink rate, by a proportional law on the velocity relative to the deck.
 fn commands(commanded: &Commanded, sink_mps: f64) -> Vec<f64> {
-    let mut seen = vec![0.0; commanded.places() * Commanded::OBSERVATION];
+    let mut seen = vec![0.0; commanded.places() * Observation::NUMBERS];
     commanded.observe(&mut seen);
     let weight_n = commanded.weight_n();
-    seen.chunks_exact(Commanded::OBSERVATION)
+    seen.chunks_exact(Observation::NUMBERS)
         .flat_map(|row| {
             let [x, y, _, u, v, w] = [0, 1, 2, 3, 4, 5].map(|k| row[k]);
             // Small angles: pitch pulls x back, roll y.
@@ -82,7 +84,7 @@ fn prop_a_descent_by_hand_lands_and_repeats_to_the_bit() {
             let orders = commands(&commanded, 0.25);
             commanded.fly(&orders);
         }
-        let mut seen = vec![0.0; 3 * Commanded::OBSERVATION];
+        let mut seen = vec![0.0; 3 * Observation::NUMBERS];
         commanded.observe(&mut seen);
         seen
     };
@@ -110,7 +112,7 @@ fn analytic_the_vehicle_turns_at_the_rates_that_are_asked_for_within_limits() {
         commanded.begin(place, 7, 1).expect("a checked scenario");
     }
     let weight_n = commanded.weight_n();
-    let mut seen = vec![0.0; 2 * Commanded::OBSERVATION];
+    let mut seen = vec![0.0; 2 * Observation::NUMBERS];
     let mut turn = |rates: [f64; 3], decisions: usize| {
         let [p, q, r] = rates;
         for _ in 0..decisions {
@@ -121,7 +123,7 @@ fn analytic_the_vehicle_turns_at_the_rates_that_are_asked_for_within_limits() {
             );
         }
         commanded.observe(&mut seen);
-        [13, 14, 15].map(|k| (seen[k], seen[Commanded::OBSERVATION + k]))
+        [13, 14, 15].map(|k| (seen[k], seen[Observation::NUMBERS + k]))
     };
     // Rate loops of PX4's speed: within 10 % after 0.3 s, yaw within 25 %.
     for (k, (there, back)) in turn([0.5, -0.3, 0.2], 3).into_iter().enumerate() {

@@ -84,6 +84,97 @@ fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them(
     assert_eq!(results(&again)["points"], printed["points"]);
 }
 
+/// A policy in a file: a law by hand that sinks at 0.25 m/s less what the ground effect lifts.
+fn policy() -> String {
+    let mut weights = [[0.0; 19]; 3];
+    weights[0][5] = -2.0;
+    (weights[1][1], weights[1][4]) = (0.8, 1.0);
+    (weights[2][0], weights[2][3]) = (-0.8, -1.0);
+    let [offset, scale] = [[0.0; 19], [1.0; 19]];
+    format!(
+        "{{\"schema\": 1, \"decision_s\": 0.02, \"action\": {{}}, \
+         \"input\": {{\"offset\": {offset:?}, \"scale\": {scale:?}}}, \
+         \"layers\": [{{\"weights\": {weights:?}, \"bias\": [-0.5, 0.0, 0.0], \"activation\": \"linear\"}}]}}"
+    )
+}
+
+#[test]
+fn prop_a_policy_lands_beside_a_controller_and_its_folder_flies_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("s.toml"), SHORT).unwrap();
+    std::fs::write(at("own.json"), policy()).unwrap();
+    let [file, own, out, mcap] = [at("s.toml"), at("own.json"), at("out"), at("mcap")];
+    let land = |own: &Path, out: &Path| {
+        common::run([
+            "land".as_ref(),
+            "--space".as_ref(),
+            "--json".as_ref(),
+            file.as_os_str(),
+            "--trials".as_ref(),
+            "2".as_ref(),
+            "--policy".as_ref(),
+            own.as_os_str(),
+            "--out".as_ref(),
+            out.as_os_str(),
+        ])
+    };
+    let output = land(&own, &out);
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
+    let points = results(&out)["points"].clone();
+    let flown: Vec<&Value> = points
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| &p["controller"])
+        .collect();
+    assert_eq!(flown, ["dynamic+observer", "policy"]);
+    assert_eq!(points[1]["landed"]["count"], 2);
+    // 0.4 m at 0.25 m/s at most; the planner's descent is faster.
+    let t_l = |k: usize| points[k]["t_l_s"]["mean"].as_f64().unwrap();
+    assert!(t_l(1) > 1.6 && t_l(1) > t_l(0), "{} {}", t_l(0), t_l(1));
+    let table = std::fs::read_to_string(out.join("landings.csv")).unwrap();
+    assert_eq!(
+        table.lines().filter(|l| l.starts_with("policy,")).count(),
+        2
+    );
+    let page = common::page(&out, common::CAMPAIGN_PAGE);
+    assert!(page.contains("policy"));
+    assert_eq!(
+        std::fs::read(out.join("policy.json")).unwrap(),
+        policy().into_bytes()
+    );
+
+    // The folder has all that a campaign and a replay need.
+    let (sweep, again) = (out.join("sweep.toml"), at("again"));
+    let campaign = ["campaign".as_ref(), sweep.as_os_str(), "--out".as_ref()];
+    let output = common::run(campaign.into_iter().chain([again.as_os_str()]));
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
+    assert_eq!(results(&again)["points"], points);
+    let output = common::run([
+        "campaign".as_ref(),
+        "replay".as_ref(),
+        again.join("sweep.toml").as_os_str(),
+        "--landing".as_ref(),
+        "3".as_ref(),
+        "--mcap".as_ref(),
+        mcap.as_os_str(),
+    ]);
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
+    assert!(mcap.join("landing-000003.mcap").exists());
+
+    // A bad policy is one error before anything is written.
+    std::fs::write(at("bad.json"), policy().replace("linear", "cubic")).unwrap();
+    let output = land(&at("bad.json"), &at("none"));
+    let text = common::text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(
+        text.contains("bad.json") && text.contains("cubic") && text.contains("tanh"),
+        "{text}"
+    );
+    assert!(!at("none").exists());
+}
+
 #[test]
 fn prop_a_recorded_landing_is_what_the_sensors_said() {
     let trace = replay(&sweep("").unwrap(), &[0]).unwrap().remove(0);

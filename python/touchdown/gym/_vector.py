@@ -55,6 +55,12 @@ class Reward:
         Cost of 1 m from the centre at the first touch, paid at the end.
     standing_m : float
         Height of the vehicle's reference point when it stands.
+    excess : float
+        Cost of a second for each m/s of closing speed and each metre of lateral error beyond `within` of the limits at which
+        the landing computer aborts a descent (``control.lander.closing_mps`` and ``lateral_m`` of the scenario). A policy that
+        is to fly in ``touchdown land --space`` has to keep them.
+    within : float
+        Share of those limits.
     """
 
     progress: float = 1.0
@@ -66,6 +72,8 @@ class Reward:
     speed: float = 4.0
     lateral: float = 1.0
     standing_m: float = 0.1
+    excess: float = 0.0
+    within: float = 0.8
 
     def distance_m(self, observation: Array) -> Array:
         """From the touchdown point."""
@@ -73,6 +81,16 @@ class Reward:
         place[:, 2] -= self.standing_m
         distance: Array = np.sqrt(np.einsum("ij,ij->i", place, place))
         return distance
+
+    def beyond(self, observation: Array, limits: Mapping[str, Any]) -> Array:
+        """By how much closing speed and lateral error exceed their share of the landing computer's limits."""
+        height_m = np.maximum(observation[:, 2], 0.0)
+        excess: Array = np.zeros(len(observation))
+        lateral_m = np.hypot(observation[:, 0], observation[:, 1])
+        for key, values in (("closing_mps", -observation[:, 5]), ("lateral_m", lateral_m)):
+            limit = limits[key]["at_deck"] + limits[key]["per_m"] * height_m
+            excess += np.maximum(values - self.within * limit, 0.0)
+        return excess
 
     def of_end(self, outcome: str, numbers: Array) -> float:
         """At the end of a landing."""
@@ -142,15 +160,11 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
             raise fault("action", f"one of {', '.join(sizes)}", action)
         if render_mode is not None:
             raise fault("render_mode", "none", render_mode)
-        if not 0.0 < thrust_range <= 1.0:
-            raise fault("thrust_range", "a number above 0, at most 1", thrust_range)
-        if not 0.0 < tilt_rad <= 1.0:
-            raise fault("tilt_rad", "a number above 0, at most 1", tilt_rad)
-        if not 0.0 < rate_radps <= 10.0:
-            raise fault("rate_radps", "a number above 0, at most 10", rate_radps)
         num_envs = needed("num_envs", num_envs, 1)
         keys = None if scenario is None else json.dumps(dict(scenario))
-        self._native = _native.Commanded(deck, keys, action == "rates", num_envs, decision_s)
+        ranges = {"thrust_range": thrust_range, "tilt_rad": tilt_rad, "rate_radps": rate_radps}
+        command = json.dumps({"kind": action, **ranges})
+        self._native = _native.Commanded(deck, keys, command, num_envs, decision_s)
         self.num_envs = num_envs
         self._size = sizes[action]
         self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode(autoreset_mode)}
@@ -159,10 +173,9 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.reward = reward or Reward()
+        self._limits = self.settings["control"]["lander"]
         self.decision_s = decision_s
         self.steps_per_decision = self._native.steps
-        self._weight_n = self._native.weight_n
-        self._range, self._tilt_rad, self._rate_radps = thrust_range, tilt_rad, rate_radps
         self._noise_sd = np.broadcast_to(np.asarray(noise_sd, dtype=float), (len(OBSERVATION),))
         self._noisy = bool(np.any(self._noise_sd != 0.0))
         self._seeds = [0] * num_envs
@@ -172,10 +185,6 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         self._waiting = np.zeros(num_envs, dtype=bool)
         self._begun = False
         self._distance_m = np.zeros(num_envs)
-        self._rates = action == "rates"
-        self._commands = np.zeros((num_envs, 4 if self._rates else 5))
-        if not self._rates:
-            self._commands[:, 1] = 1.0
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -240,20 +249,6 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
             truth = truth + self._noise_sd * self.np_random.standard_normal(truth.shape)
         return truth.astype(np.float32)
 
-    def _command(self, actions: Array) -> Array:
-        """Thrust, and rates or attitude; that is the product of a roll and a pitch."""
-        self._commands[:, 0] = self._weight_n * (1.0 + self._range * actions[:, 0])
-        if self._rates:
-            self._commands[:, 1:] = self._rate_radps * actions[:, 1:]
-        elif actions.shape[1] == 3:
-            half = 0.5 * self._tilt_rad * actions[:, 1:]
-            sine, cosine = np.sin(half), np.cos(half)
-            self._commands[:, 1] = cosine[:, 0] * cosine[:, 1]
-            self._commands[:, 2] = sine[:, 0] * cosine[:, 1]
-            self._commands[:, 3] = cosine[:, 0] * sine[:, 1]
-            self._commands[:, 4] = -sine[:, 0] * sine[:, 1]
-        return self._commands
-
     def step(
         self, actions: Array32
     ) -> tuple[Array32, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
@@ -274,7 +269,7 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
             raise ResetNeeded("step before the first reset")
         given = np.clip(given, -1.0, 1.0)
         waiting = self._waiting.copy()
-        places, outcomes, numbers, states = self._native.fly(self._command(given))
+        places, outcomes, numbers, states = self._native.fly(given)
         truth = self._native.observe()
         truth[places] = states
         distance_m = self.reward.distance_m(truth)
@@ -282,6 +277,8 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         reward = of.progress * (self._distance_m - distance_m) - of.time * dt
         if of.effort:
             reward -= of.effort * dt * np.sqrt(np.einsum("ij,ij->i", given, given))
+        if of.excess:
+            reward -= of.excess * dt * of.beyond(truth, self._limits)
         self._distance_m = distance_m
         terminated, truncated = np.zeros(self.num_envs, dtype=bool), np.zeros(self.num_envs, dtype=bool)
         info: dict[str, Any] = {}

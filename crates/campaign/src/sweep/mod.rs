@@ -12,18 +12,21 @@
 //! | `axes`, `keys`, `draw` | what is varied: dotted keys, distributions |
 //! | `redraw` | draws of vehicles that do not lift themselves |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
+//! | `beside` | the files that stand beside a sweep |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `packed` | a sweep and landings of it as bytes, for another process |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
 //! | `part` | which blocks one run flies: all, a shard, a range |
 //! | `status` | what of a campaign is there |
 //! | `run` | flying what is missing, in the simulation or by another backend |
+//! | `policy` | which landings a learned policy flies |
 //! | `vehicle`, `stated` | the vehicle of `[vehicle]` and the cards, and the keys that the file states itself |
 //! | `software_in_the_loop` | settings of an autopilot in the loop |
 //! | `summary`, `csv` | figures of every point |
 
 mod air;
 mod axes;
+mod beside;
 mod check;
 mod draw;
 mod keys;
@@ -31,6 +34,7 @@ mod packed;
 mod part;
 mod point_table;
 mod points;
+mod policy;
 mod recent;
 mod redraw;
 mod row;

@@ -1,5 +1,6 @@
 //! Figures of every point as a table.
 
+use super::policy::CONTROLLER;
 use super::row::text;
 use super::summary::{CampaignResults, PointFigures};
 use crate::csv::line;
@@ -28,8 +29,8 @@ fn cells(point: &PointFigures, with_autopilot: bool) -> Result<Vec<(String, Stri
     for (key, value) in &point.of.settings {
         cells.push((key.clone(), text(value)));
     }
-    if !point.of.settings.contains_key("control.controller") {
-        cells.push(("control.controller".into(), point.of.controller.clone()));
+    if !point.of.settings.contains_key(CONTROLLER) {
+        cells.push((CONTROLLER.into(), point.of.controller.clone()));
     }
     cells.push(("trials".into(), point.figures.trials.to_string()));
     if with_autopilot {

@@ -12,15 +12,16 @@ use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
 use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 
 use super::axes::{Axes, LANDINGS};
+use super::beside::FilesBeside;
 use super::draw::Distribution;
 use super::keys::set;
 use super::part::CampaignPart;
+use super::policy::{is_policy, names_policy, policy_of};
 use super::recent::RecentlyUsed;
 use super::settings::SweepSettings;
 use super::store::SWEEP;
 use super::{software_in_the_loop, vehicle};
 use crate::error::{Error, Result};
-use crate::files::write;
 use crate::measured_deck::{MeasuredDeck, SERIES};
 use crate::place::Place;
 use crate::settings_file::{check_seed, to_toml};
@@ -39,8 +40,7 @@ pub struct Sweep {
     motion: Option<String>,
     /// What of the vehicle follows from `[vehicle]` and the thrust card, in a line.
     vehicle: Option<String>,
-    /// The measured motion, as its file has it.
-    pub(super) series: Option<Vec<u8>>,
+    pub(super) beside: FilesBeside,
     file: String,
     sha256: String,
     /// The landers of points that were flown last, where all of their trials share them.
@@ -94,11 +94,9 @@ impl Sweep {
         }
         let file = path.display().to_string();
         let settings = SweepSettings::parse(&String::from_utf8_lossy(&place.read(SWEEP)?), &file)?;
-        // Files that a sweep names are read from a folder; in a campaign's own place only the motion of the deck is a file.
+        // Files that a sweep names are read from a folder.
         let local = tempfile::tempdir().map_err(|e| Error::file(&path, e))?;
-        if settings.series.is_some() {
-            write(&local.path().join(SERIES), &place.read(SERIES)?)?;
-        }
+        FilesBeside::copy(&settings, place, local.path())?;
         Self::unchecked(settings, local.path(), file)
     }
 
@@ -147,7 +145,7 @@ impl Sweep {
             settings.scenario.believed = settings.scenario.complete_belief();
         }
         axes.check_size(settings.trials, &bad)?;
-        let mut series = None;
+        let mut beside = FilesBeside::default();
         let mut deck = None;
         let mut motion = None;
         if let Some(given) = &mut settings.series {
@@ -160,9 +158,10 @@ impl Sweep {
             let measured = MeasuredDeck::read(given, folder)?;
             deck = Some(measured.deck);
             motion = Some(measured.text);
-            series = Some(measured.bytes);
+            beside.series = Some(measured.bytes);
             given.file = SERIES.into();
         }
+        beside.policy = policy_of(&mut settings, folder, &axes, &bad)?;
         let Axes { grid, random } = axes;
         settings.grid = grid
             .iter()
@@ -175,7 +174,7 @@ impl Sweep {
             .map_err(|e| bad("random", &e.to_string()))?;
         let base =
             Table::try_from(&settings.scenario).map_err(|e| bad("scenario", &e.to_string()))?;
-        let sha256 = sha256(&settings, series.as_deref().unwrap_or_default())?;
+        let sha256 = sha256(&settings, &beside)?;
         Ok(Self {
             settings,
             base,
@@ -184,7 +183,7 @@ impl Sweep {
             deck,
             motion,
             vehicle,
-            series,
+            beside,
             file,
             sha256,
             flown: RecentlyUsed::default(),
@@ -206,7 +205,12 @@ impl Sweep {
     /// The measured motion of the deck, as its file has it.
     #[must_use]
     pub fn measured(&self) -> Option<&[u8]> {
-        self.series.as_deref()
+        self.beside.series.as_deref()
+    }
+
+    /// The files that stand beside the sweep in the folder of a campaign or run, by name: a measured motion, a policy.
+    pub fn files(&self) -> impl Iterator<Item = (&'static str, &[u8])> {
+        self.beside.named()
     }
 
     /// What the measured motion of the deck is, in a line: length, sampling, sea state, noise, peaks.
@@ -350,15 +354,17 @@ impl Sweep {
         let mut values = swept;
         values.extend(self.random.iter().map(|(key, _)| key.as_str()).zip(draws));
         let scenario = self.made(table, &values)?;
-        let lander = SpaceLander::new(&scenario)
+        SpaceLander::new(&scenario)
             .and_then(|lander| lander.with_camera_pipelines(crate::camera::pipelines()))
-            .map_err(|e| self.at(&values, &e))?;
-        match &self.deck {
-            Some(deck) => lander
-                .with_deck(deck.clone())
-                .map_err(|e| self.at(&values, &e)),
-            None => Ok(lander),
-        }
+            .and_then(|lander| match &self.deck {
+                Some(deck) => lander.with_deck(deck.clone()),
+                None => Ok(lander),
+            })
+            .and_then(|lander| match &self.beside.policy {
+                Some(file) if is_policy(&values) => lander.with_policy(file.policy.clone()),
+                _ => Ok(lander),
+            })
+            .map_err(|e| self.at(&values, &e))
     }
 
     fn made(&self, table: Table, values: &[(&str, &Value)]) -> Result<SpaceScenario> {
@@ -367,7 +373,11 @@ impl Sweep {
             .map_err(|e: toml::de::Error| self.at(values, &TomlError::new("", &e)))
     }
 
+    /// Sets a key of a scenario. A policy is no controller of the landing computer: beside it the scenario's own stands by.
     fn set(&self, table: &mut Table, section: &str, key: &str, value: &Value) -> Result<()> {
+        if names_policy(key, value) {
+            return Ok(());
+        }
         set(table, key, value).map_err(|e| self.bad(&format!("{section}.\"{key}\""), &e))
     }
 
@@ -388,12 +398,12 @@ impl Sweep {
     }
 }
 
-/// Identifies a sweep: version, settings and measured motion.
-fn sha256(settings: &SweepSettings, series: &[u8]) -> Result<String> {
+/// Identifies a sweep: version, settings, measured motion and policy.
+fn sha256(settings: &SweepSettings, beside: &FilesBeside) -> Result<String> {
     let mut hash = Sha256::new();
     hash.update(env!("CARGO_PKG_VERSION"));
     hash.update(to_toml(&settings.without_places())?);
-    hash.update(Sha256::digest(series));
+    beside.put_into(&mut hash);
     let bytes = hash.finalize();
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

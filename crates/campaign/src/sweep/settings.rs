@@ -1,6 +1,6 @@
 //! The sweep file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use touchdown_sim::landing::space::SpaceScenario;
@@ -37,6 +37,10 @@ pub struct SweepSettings {
     pub vehicle: VehicleSettings,
     /// A measured motion of the deck, in place of `scenario.deck`.
     pub series: Option<SeriesSettings>,
+    /// A learned policy (JSON, as `touchdown.Policy` writes it), relative to the sweep file. It flies the descents
+    /// where `control.controller` is `"policy"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub policy: Option<PathBuf>,
     /// Lists of values by the dotted keys of `scenario`.
     pub grid: toml::Table,
     /// Distributions by the dotted keys of `scenario`.
@@ -59,6 +63,7 @@ impl Default for SweepSettings {
             cards: CardPaths::default(),
             vehicle: VehicleSettings::default(),
             series: None,
+            policy: None,
             grid: toml::Table::new(),
             random: toml::Table::new(),
             scenario: SpaceScenario::default(),

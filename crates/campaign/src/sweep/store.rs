@@ -10,7 +10,6 @@ use super::points::Sweep;
 use super::row::{LandingRow, decode, encode};
 use crate::error::{Error, Result};
 use crate::files::folder;
-use crate::measured_deck::SERIES;
 use crate::place::Place;
 use crate::settings_file::to_toml;
 
@@ -56,8 +55,8 @@ impl Store {
         }
         // The present file has the same content, perhaps in another form.
         if !begun {
-            if let Some(series) = &sweep.series {
-                place.write(SERIES, series.clone())?;
+            for (name, bytes) in sweep.files() {
+                place.write(name, bytes.to_vec())?;
             }
             place.write(SWEEP, to_toml(sweep.settings())?.into_bytes())?;
         }

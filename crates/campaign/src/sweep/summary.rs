@@ -6,9 +6,11 @@ use serde::Serialize;
 use touchdown_sim::landing::space::CrashSettings;
 
 use super::points::Sweep;
+use super::policy::is_policy;
 use super::row::{LandingRow, text};
 use super::software_in_the_loop::AutopilotProgram;
 use crate::error::Result;
+use crate::policy::POLICY;
 use crate::statistics::{Share, Summary, percentile};
 
 /// How many of the worst landings are named.
@@ -246,8 +248,12 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
 
 fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
     let values = sweep.values(point);
-    let method = sweep.scenario(point)?.control.method;
-    let controller = sweep.settings().lander_name(method);
+    let controller = if is_policy(&values) {
+        POLICY
+    } else {
+        let method = sweep.scenario(point)?.control.method;
+        sweep.settings().lander_name(method)
+    };
     let varied = values
         .iter()
         .zip(sweep.grid())

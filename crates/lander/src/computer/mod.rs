@@ -366,6 +366,19 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.command = self.weight();
     }
 
+    /// Another controller flies `command` in the place of the one that the last step returned. Called after every step in which
+    /// that is so, it keeps estimates true to what is flown.
+    pub fn replace_command(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        command: &SpaceCommand<R>,
+    ) {
+        state.command = *command;
+        if let Some(controller) = &mut state.controller {
+            self.controller.replace(controller, command);
+        }
+    }
+
     /// The command before the first step: the weight as thrust.
     fn weight(&self) -> SpaceCommand<R> {
         SpaceCommand {
@@ -379,6 +392,11 @@ impl<R: Real, S> ComputerState<R, S> {
     /// The phase of the landing.
     pub fn phase(&self) -> Phase {
         self.state_machine.phase()
+    }
+
+    /// The deck's normal, as the camera has measured it so far.
+    pub fn deck_normal(&self) -> Vector<R> {
+        self.normal
     }
 
     /// State of the vertical channel; none before the controller has started.

@@ -396,13 +396,32 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let motion = motion.or_previous(&state.motion);
         state.motion = motion;
         let lift = self.advance_estimates(state, &motion, Learn::Nothing, usable_dt(dt));
+        let thrust_n = command.thrust_n.finite_or(state.vertical.command.thrust_n);
+        self.take(state, command);
+        state.vertical.command.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
+    }
+
+    /// Another controller's command in the place of the last one of [`Self::step`]. Observer and adaptation then learn from
+    /// what is flown; the integrals, which do not, stand at zero.
+    pub fn replace(
+        &self,
+        state: &mut SpaceControllerState<R, G::State>,
+        command: &SpaceCommand<R>,
+    ) {
+        self.take(state, command);
+        state.vertical.law = self.law.initial(state.vertical.command.thrust_n);
+        state.horizontal = HorizontalState::default();
+    }
+
+    /// Another controller's thrust, throttle and attitude as the last command, within the limits.
+    fn take(&self, state: &mut SpaceControllerState<R, G::State>, command: &SpaceCommand<R>) {
         let last = &mut state.vertical.command;
-        let thrust_n = command.thrust_n.finite_or(last.thrust_n);
-        last.thrust_n = self.limits.thrust(thrust_n);
+        last.thrust_n = self
+            .limits
+            .thrust(command.thrust_n.finite_or(last.thrust_n));
         last.throttle = self
             .limits
             .throttle(command.throttle.finite_or(last.throttle));
-        last.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
         if command.attitude.is_finite() {
             state.attitude = command.attitude;
         }

@@ -8,7 +8,9 @@ use numpy::{
 };
 use pyo3::prelude::*;
 use serde_json::Value;
-use touchdown_sim::landing::space::{Batch, CommandKind, LaneEnd, SpaceLanding, SpaceScenario};
+use touchdown_sim::landing::space::{
+    ActionSettings, Batch, LaneEnd, Observation, SpaceLanding, SpaceScenario,
+};
 
 use super::land::Given;
 use super::{of_campaign, of_sim};
@@ -27,6 +29,7 @@ pub(crate) struct Commanded {
     landings: Mutex<touchdown_sim::landing::space::Commanded>,
     batch: Batch,
     scenario: SpaceScenario,
+    action: ActionSettings,
 }
 
 /// Places of the landings that have ended, names of their outcomes, numbers, states.
@@ -62,11 +65,11 @@ fn numbers(landing: &SpaceLanding) -> [f64; NUMBERS] {
 #[pymethods]
 impl Commanded {
     #[new]
-    #[pyo3(signature = (case, json, rates, places, decision_s))]
+    #[pyo3(signature = (case, json, action, places, decision_s))]
     fn new(
         case: &str,
         json: Option<&str>,
-        rates: bool,
+        action: &str,
         places: usize,
         decision_s: f64,
     ) -> PyResult<Self> {
@@ -74,23 +77,16 @@ impl Commanded {
         let scenario = given.over_case(case, None).map_err(|e| of_campaign(&e))?;
         let batch = Batch::new(&scenario).map_err(|e| of_sim(&e))?;
         let own = batch.clone();
-        let kind = if rates {
-            CommandKind::Rates
-        } else {
-            CommandKind::Attitude
-        };
+        let action: ActionSettings = error::read("action", action)?;
+        action.validate().map_err(|e| of_sim(&e))?;
+        let kind = action.kind.command();
         let landings = touchdown_sim::landing::space::Commanded::new(own, kind, places, decision_s);
         Ok(Self {
             batch,
             landings: Mutex::new(landings.map_err(|e| of_sim(&e))?),
             scenario,
+            action,
         })
-    }
-
-    /// The nominal weight of the vehicle, N.
-    #[getter]
-    fn weight_n(&self) -> f64 {
-        self.hold().weight_n()
     }
 
     /// Steps of the integration (1 ms each) between two decisions.
@@ -125,22 +121,34 @@ impl Commanded {
         begun.map_err(|e| of_sim(&e))
     }
 
-    /// Flies up to the next decision: a row of thrust (N), and attitude (w, x, y, z) or rates (rad/s) for each place.
+    /// Flies up to the next decision with an action for each place.
     fn fly<'py>(
         &self,
         py: Python<'py>,
-        commands: PyReadonlyArray2<'py, f64>,
+        actions: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Ends<'py>> {
-        let found = commands.shape().to_vec();
-        let width = self.hold().kind().numbers();
-        let commands = commands.as_slice().unwrap_or_default();
-        if found[1] != width || commands.len() != self.hold().places() * width {
+        let found = actions.shape().to_vec();
+        let width = self.action.kind.numbers();
+        let actions = actions.as_slice().unwrap_or_default();
+        if found[1] != width || actions.len() != self.hold().places() * width {
             let expected = format!("{} rows of {width} in C order", self.hold().places());
             let found = format!("{} of {}", found[0], found[1]);
-            let message = format!("commands: expected {expected}, found {found}");
-            return Err(fault(message, "commands", &expected, &found));
+            let message = format!("actions: expected {expected}, found {found}");
+            return Err(fault(message, "actions", &expected, &found));
         }
-        let ends: Vec<LaneEnd> = run::short(py, || Ok(self.hold().fly(commands)))?;
+        let ends: Vec<LaneEnd> = run::short(py, || {
+            let mut landings = self.hold();
+            let weight_n = landings.weight_n();
+            let numbers = self.action.kind.command().numbers();
+            let mut commands = vec![0.0; landings.places() * numbers];
+            for (action, command) in actions
+                .chunks_exact(width)
+                .zip(commands.chunks_exact_mut(numbers))
+            {
+                self.action.command(weight_n, action, command);
+            }
+            Ok(landings.fly(&commands))
+        })?;
         let table = |rows: Vec<f64>, width: usize| {
             PyArray1::from_vec(py, rows).reshape([ends.len(), width])
         };
@@ -150,10 +158,7 @@ impl Commanded {
             ends.iter().map(|end| end.place).collect(),
             ends.iter().map(|end| outcome(&end.landing)).collect(),
             table(of_numbers, NUMBERS)?,
-            table(
-                states,
-                touchdown_sim::landing::space::Commanded::OBSERVATION,
-            )?,
+            table(states, Observation::NUMBERS)?,
         ))
     }
 
@@ -181,7 +186,7 @@ impl Commanded {
     /// The true states, a row for each place.
     fn observe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let landings = self.hold();
-        let width = touchdown_sim::landing::space::Commanded::OBSERVATION;
+        let width = Observation::NUMBERS;
         let mut seen = vec![0.0; landings.places() * width];
         landings.observe(&mut seen);
         PyArray1::from_vec(py, seen).reshape([landings.places(), width])

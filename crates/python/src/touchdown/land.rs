@@ -160,7 +160,7 @@ pub(super) fn settings_of(given: &Given) -> Result<(SweepSettings, PathBuf, Stri
 
 /// Flies landings in space as `touchdown land --space` does. `cards`: thrust, empirical, dynamic.
 #[pyfunction]
-#[pyo3(signature = (file, json, cards, controllers, trials, seed, deck_acceleration, jobs))]
+#[pyo3(signature = (file, json, cards, controllers, policy, trials, seed, deck_acceleration, jobs))]
 #[expect(clippy::too_many_arguments, reason = "one for each of the command's")]
 pub(crate) fn land_in_space(
     py: Python<'_>,
@@ -168,6 +168,7 @@ pub(crate) fn land_in_space(
     json: Option<&str>,
     cards: CardFiles,
     controllers: Vec<String>,
+    policy: Option<PathBuf>,
     trials: Option<u64>,
     seed: Option<u64>,
     deck_acceleration: bool,
@@ -183,10 +184,7 @@ pub(crate) fn land_in_space(
             if !deck_acceleration {
                 settings.scenario.control.deck_acceleration = false;
             }
-            if !controllers.is_empty() {
-                let key = "control.controller".to_owned();
-                settings.grid.insert(key, controllers.into());
-            }
+            settings.set_controllers(controllers, policy);
             let sweep = Sweep::new(settings, &folder, name)?;
             cancel.heed();
             let progress = Heeding(cancel.clone());

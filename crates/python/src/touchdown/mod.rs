@@ -5,6 +5,7 @@ pub(crate) mod card;
 pub(crate) mod commanded;
 pub(crate) mod identify;
 pub(crate) mod land;
+pub(crate) mod policy;
 pub(crate) mod reproduce;
 pub(crate) mod space;
 pub(crate) mod trial;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use touchdown_campaign::policy::POLICY;
 use touchdown_campaign::settings_file::to_toml;
 use touchdown_campaign::sweep::{self, Sweep};
 use touchdown_campaign::{Error, Result};
@@ -31,7 +32,7 @@ pub(crate) struct Space {
 #[pymethods]
 impl Space {
     #[new]
-    #[pyo3(signature = (deck, file, json, cards, controller, seed, deck_acceleration))]
+    #[pyo3(signature = (deck, file, json, cards, controller, policy, seed, deck_acceleration))]
     #[expect(clippy::too_many_arguments, reason = "one for each of Python's")]
     fn new(
         py: Python<'_>,
@@ -40,6 +41,7 @@ impl Space {
         json: Option<&str>,
         cards: CardFiles,
         controller: Option<String>,
+        policy: Option<PathBuf>,
         seed: Option<u64>,
         deck_acceleration: bool,
     ) -> PyResult<Self> {
@@ -57,10 +59,9 @@ impl Space {
                 if !deck_acceleration {
                     settings.scenario.control.deck_acceleration = false;
                 }
-                if let Some(controller) = controller {
-                    let key = "control.controller".to_owned();
-                    settings.grid.insert(key, vec![controller].into());
-                }
+                // A policy flies alone: a scenario has one controller.
+                let controller = controller.or_else(|| policy.is_some().then(|| POLICY.to_owned()));
+                settings.set_controllers(controller.into_iter().collect(), policy);
                 let sweep = Sweep::new(settings, &folder, name)?;
                 if sweep.points() > 1 {
                     return Err(Error::Arguments(format!(

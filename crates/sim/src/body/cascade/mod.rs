@@ -145,6 +145,8 @@ pub struct AttitudeSetpoint {
     pub attitude: [f64; 4],
     /// Yaw rate wanted about the world's z axis, rad/s.
     pub yaw_rate: f64,
+    /// Rates wanted about body axes, in the place of the attitude, rad/s.
+    pub body_rates: Option<[f64; 3]>,
 }
 
 /// State of the control between steps.
@@ -293,7 +295,7 @@ impl AttitudeSetpoint {
             thrust_n: self.thrust_n,
             attitude: self.attitude,
             yaw_rate: self.yaw_rate,
-            body_rates: None,
+            body_rates: self.body_rates,
         }
     }
 
@@ -301,7 +303,11 @@ impl AttitudeSetpoint {
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let size: f64 = self.attitude.iter().map(|q| q * q).sum();
-        let rest = self.thrust_n.is_finite() && self.yaw_rate.is_finite();
+        let rates = self.body_rates.unwrap_or_default();
+        let rest = [self.thrust_n, self.yaw_rate]
+            .iter()
+            .chain(&rates)
+            .all(|v| v.is_finite());
         rest && size.is_finite() && size > 1e-6
     }
 }

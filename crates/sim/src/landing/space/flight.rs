@@ -10,6 +10,7 @@ use super::faults::FaultClock;
 use super::flight_log::FlightLog;
 use super::landing::SpaceLander;
 use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
+use super::policy::{Observation, Pilot};
 use super::touchdown::TouchdownJudge;
 use super::track::Track;
 use super::trial::{TrialAir, TrialDraw, hover};
@@ -60,6 +61,9 @@ pub(super) struct Flight<'a> {
     pub(super) sensors: SensorSuite,
     pub(super) brain: ComputerMemory,
     pub(super) hook: Option<StepHook<'a>>,
+    pub(super) pilot: Option<Pilot<'a>>,
+    /// Rates as the attitude control measured them last, rad/s.
+    pub(super) measured_rates: [f64; 3],
     pub(super) sent: VecDeque<PendingCommand>,
     pub(super) setpoint: Option<AttitudeSetpoint>,
     pub(super) control: CascadeState,
@@ -121,6 +125,9 @@ impl<'a> Flight<'a> {
             sensors,
             brain: lander.computer.initial(throttle),
             hook: None,
+            pilot: (lander.policy.as_ref())
+                .map(|policy| Pilot::new(policy, &lander.computer, scenario.control_period_s)),
+            measured_rates: [0.0; 3],
             sent: VecDeque::with_capacity(8),
             setpoint: Some(hover(&state)),
             control: CascadeState::default(),
@@ -197,6 +204,8 @@ impl<'a> Flight<'a> {
             if let Some(hook) = &mut self.hook {
                 hook(&sensed, period_s, &mut output);
             }
+            let attitude = sensed.imu.attitude.to_quaternion();
+            let body_rates = self.pilot(&mut output, attitude);
             self.log_tags(now_s, &arrivals.readings);
             self.note(step, &output);
             self.sent.push_back(PendingCommand {
@@ -205,6 +214,7 @@ impl<'a> Flight<'a> {
                     thrust_n: command.thrust_n,
                     attitude: command.attitude.to_quaternion(),
                     yaw_rate: 0.0,
+                    body_rates,
                 }),
             });
         }
@@ -216,6 +226,26 @@ impl<'a> Flight<'a> {
         self.log_sample(step);
         self.strike(step);
         self.fly(step)
+    }
+
+    /// Where a policy flies, its command takes the place of the computer's. Gives the rates that it asks for.
+    fn pilot(&mut self, output: &mut ComputerOutput<f64>, attitude: [f64; 4]) -> Option<[f64; 3]> {
+        let computer = &self.lander.computer;
+        let estimate = output.estimate;
+        let given = self
+            .pilot
+            .as_mut()?
+            .command(output, computer, || Observation {
+                place_m: estimate.position_m.to_array(),
+                relative_mps: estimate.relative_velocity_mps().to_array(),
+                velocity_mps: estimate.velocity_mps.to_array(),
+                attitude,
+                rates: self.measured_rates,
+                normal: self.brain.deck_normal().to_array(),
+            })?;
+        computer.replace_command(&mut self.brain, &given.command);
+        output.command = Some(given.command);
+        given.rates
     }
 
     /// Attitude control.
@@ -230,6 +260,7 @@ impl<'a> Flight<'a> {
                 let attitude = attitude.map(|q| nan_if(nan.attitude, q));
                 let rates = self.sensors.inertial.rates(self.state.rates);
                 let rates = rates.map(|rate| nan_if(nan.rates, rate));
+                self.measured_rates = rates;
                 let output = cascade.step(&mut self.control, attitude, rates, setpoint);
                 self.throttle = output.throttle;
             }

@@ -3,6 +3,7 @@
 use super::computer::computer;
 use super::flight::{Flight, StepHook};
 use super::outcome::{SpaceLanding, SpaceOutcome};
+use super::policy::Policy;
 use super::scenario::SpaceScenario;
 use super::track::Track;
 use crate::sensors::CameraMode;
@@ -13,6 +14,7 @@ use crate::STEP_S;
 use crate::air::ground::DeckSurface;
 use crate::body::cascade::Cascade;
 use crate::body::rigid::RigidVehicle;
+use crate::check;
 use crate::deck::course::Course;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::deck::wave::Spectrum;
@@ -36,6 +38,8 @@ pub struct SpaceLander {
     spectrum: Option<Spectrum>,
     /// A measured motion in place of the scenario's.
     pub(super) deck: Option<RigidDeck>,
+    /// What flies the descents in the place of the computer's controller.
+    pub(super) policy: Option<Policy>,
 }
 
 /// Flies one landing of a scenario: a pure function of scenario, seed and index.
@@ -86,6 +90,7 @@ impl SpaceLander {
                 _ => None,
             },
             deck: None,
+            policy: None,
         })
     }
 
@@ -99,6 +104,23 @@ impl SpaceLander {
             check_length(spline, self.scenario.timeout_s)?;
         }
         self.deck = Some(deck);
+        Ok(self)
+    }
+
+    /// The same landings with descents flown by a policy, which sees what the landing computer estimates.
+    ///
+    /// # Errors
+    /// A time between decisions that is no multiple of the computer's period.
+    pub fn with_policy(mut self, policy: Policy) -> Result<Self, SimError> {
+        let period_s = self.scenario.control_period_s;
+        let periods = policy.settings().decision_s / period_s;
+        check::that(
+            periods > 0.5 && (periods - periods.round()).abs() < 1e-6,
+            "policy.decision_s",
+            &format!("a multiple of the landing computer's period, {period_s} s"),
+            policy.settings().decision_s,
+        )?;
+        self.policy = Some(policy);
         Ok(self)
     }
 

@@ -27,6 +27,7 @@
 //! | `flight_log` | the log that an autopilot would write |
 //! | `motor_flight` | the world under an autopilot that is not simulated |
 //! | `batch` | many landings in SIMD lanes, with ideal sensors |
+//! | `policy` | learned policies, and how they fly |
 
 mod airspeed;
 mod batch;
@@ -40,6 +41,7 @@ mod flight_log;
 mod landing;
 mod motor_flight;
 mod outcome;
+mod policy;
 mod record;
 mod scenario;
 mod touchdown;
@@ -48,7 +50,7 @@ mod trial;
 
 pub use crate::sensors::RangeRow;
 pub use airspeed::{Airspeeds, THRUST_SHARE};
-pub use batch::{Batch, CommandKind, Commanded, LaneEnd};
+pub use batch::{Batch, Commanded, LaneEnd};
 pub use belief::{BelievedSettings, TruthSettings, thrust_to_weight};
 pub use case::Case;
 pub use faults::{
@@ -62,5 +64,9 @@ pub use motor_flight::{
 };
 pub use outcome::{
     Abort, CrashCause, Impact, SensorRow, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
+};
+pub use policy::{
+    ActionKind, ActionSettings, Activation, CommandKind, InputSettings, LayerSettings, Observation,
+    Policy, PolicySettings,
 };
 pub use scenario::{CrashSettings, SpaceScenario};

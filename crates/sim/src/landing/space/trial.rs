@@ -83,6 +83,7 @@ pub(super) fn hover(state: &RigidState) -> AttitudeSetpoint {
         thrust_n: 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>(),
         attitude: state.attitude,
         yaw_rate: 0.0,
+        body_rates: None,
     }
 }
 

@@ -13,6 +13,7 @@ Examples:
   touchdown land examples/scenarios/yours.toml --out landings            a scenario to edit
   touchdown land --space --trials 20 --out landings                      six degrees of freedom, the same deck
   touchdown land --space --controller observer --mcap mcap --out landings
+  touchdown land --space --policy policy.json --out landings             a learned policy beside the scenario's controller
 
 The folder of --out gets report.html, results.json, landings.csv (a row for each landing), figures/ and the scenario.
 Vertical landings have the columns controller, trial, outcome (landed, crashed, timed_out or diverged), t_l_s (landing time T_L),
@@ -40,6 +41,12 @@ pub(crate) struct LandArgs {
     /// Controllers; repeatable [default: all five; with --space the scenario's, or `dynamic+observer`]
     #[arg(long = "controller", value_name = "NAME", value_parser = controllers())]
     pub(crate) controllers: Vec<String>,
+    /// Learned policy (JSON) whose descents are flown as well, as controller `policy`
+    ///
+    /// `touchdown.Policy` of the Python package writes it. It sees what the landing computer estimates, and flies the descents
+    /// only: approach, hover, go-arounds and touchdown remain the computer's. `python/examples/land_ppo.py` trains one.
+    #[arg(long, value_name = "FILE", requires = "space")]
+    pub(crate) policy: Option<PathBuf>,
     /// Landings by every controller [default: 40]
     #[arg(long)]
     pub(crate) trials: Option<usize>,

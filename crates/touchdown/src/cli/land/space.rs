@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_campaign::csv::line;
-use touchdown_campaign::sweep::{self, LandingRow, SERIES, Sweep, SweepSettings, summarise};
+use touchdown_campaign::sweep::{self, LandingRow, Sweep, SweepSettings, summarise};
 use touchdown_campaign::vertical::vehicle::mismatches;
 use touchdown_model::Card;
 use touchdown_sim::landing::space::Case;
@@ -17,9 +17,6 @@ use crate::cli::context::Context;
 use crate::cli::output;
 use touchdown_campaign::progress::Progress as _;
 use touchdown_terminal::Done;
-
-/// The key of controllers.
-const CONTROLLER: &str = "control.controller";
 
 pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let sweep = load(args)?;
@@ -46,8 +43,8 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         &args.out.join("sweep.toml"),
         settings::to_toml(sweep.settings())?.as_bytes(),
     )?;
-    if let Some(series) = sweep.measured() {
-        output::write(&args.out.join(SERIES), series)?;
+    for (name, bytes) in sweep.files() {
+        output::write(&args.out.join(name), bytes)?;
     }
     output::write(
         &args.out.join("landings.csv"),
@@ -115,11 +112,9 @@ fn load(args: &LandArgs) -> Result<Sweep> {
     if args.no_acceleration {
         settings.scenario.control.deck_acceleration = false;
     }
-    if !args.controllers.is_empty() {
-        settings
-            .grid
-            .insert(CONTROLLER.to_string(), args.controllers.clone().into());
-    }
+    let policy = args.policy.as_deref();
+    let policy = policy.map(|path| std::path::absolute(path).map_err(|e| Error::file(path, e)));
+    settings.set_controllers(args.controllers.clone(), policy.transpose()?);
     Ok(Sweep::new(settings, folder, file)?)
 }
 

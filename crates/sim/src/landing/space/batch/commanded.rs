@@ -17,30 +17,8 @@ use crate::body::cascade::Setpoint;
 use crate::check;
 use crate::error::SimError;
 use crate::landing::space::outcome::SpaceLanding;
+use crate::landing::space::policy::{CommandKind, Observation};
 use crate::number::lanes::Lanes;
-
-/// Numbers of an observation.
-pub(super) const OBSERVATION: usize = 19;
-
-/// What a command asks for beside thrust (N).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CommandKind {
-    /// Attitude w, x, y, z, of unit length.
-    Attitude,
-    /// Rates about body axes, rad/s.
-    Rates,
-}
-
-impl CommandKind {
-    /// Numbers of a command.
-    #[must_use]
-    pub fn numbers(self) -> usize {
-        match self {
-            Self::Attitude => 5,
-            Self::Rates => 4,
-        }
-    }
-}
 
 /// A landing that has ended in its lane.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,14 +28,14 @@ pub struct LaneEnd {
     /// How it ended.
     pub landing: SpaceLanding,
     /// The true state at its end, as an observation.
-    pub state: [f64; OBSERVATION],
+    pub state: [f64; Observation::NUMBERS],
 }
 
 /// The same in a lane.
 pub(super) struct Ended {
     pub(super) lane: usize,
     pub(super) landing: SpaceLanding,
-    pub(super) state: [f64; OBSERVATION],
+    pub(super) state: [f64; Observation::NUMBERS],
 }
 
 /// Landings side by side that are commanded from outside. A place holds one landing at a time.
@@ -87,14 +65,10 @@ trait Group: Send {
     /// Flies so many steps with a command for each lane, and gives the landings that have ended.
     fn fly(&mut self, batch: &Batch, commands: &[f64], steps: u64) -> Vec<Ended>;
 
-    fn observe(&self, lane: usize, out: &mut [f64]);
+    fn observe(&self, lane: usize) -> Observation;
 }
 
 impl Commanded {
-    /// Numbers of an observation, in world axes: place (m) and velocity (m/s) relative to the deck's centre, velocity (m/s),
-    /// attitude w, x, y, z, rates about body axes (rad/s), the deck's normal.
-    pub const OBSERVATION: usize = OBSERVATION;
-
     /// So many places over the scenario of a batch, with a decision every `decision_s`. All places are empty.
     ///
     /// # Errors
@@ -196,17 +170,18 @@ impl Commanded {
         ends
     }
 
-    /// Writes [`Self::OBSERVATION`] numbers for each place: the true state.
+    /// Writes the numbers of an [`Observation`] for each place: the true state.
     ///
     /// # Panics
     /// With less room than that.
     pub fn observe(&self, out: &mut [f64]) {
         for (place, row) in out
-            .chunks_exact_mut(OBSERVATION)
+            .chunks_exact_mut(Observation::NUMBERS)
             .take(self.places)
             .enumerate()
         {
-            self.groups[place / self.lanes].observe(place % self.lanes, row);
+            let seen = self.groups[place / self.lanes].observe(place % self.lanes);
+            row.copy_from_slice(&seen.numbers());
         }
     }
 }
@@ -249,8 +224,8 @@ impl<S: Simd> Group for Side<S> {
         })
     }
 
-    fn observe(&self, lane: usize, out: &mut [f64]) {
-        self.engine.observe(lane, out);
+    fn observe(&self, lane: usize) -> Observation {
+        self.engine.observe(lane)
     }
 }
 

@@ -54,7 +54,7 @@ use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::error::SimError;
 use crate::number::lanes::Lanes;
 use crate::sensors::suite::steps;
-pub use commanded::{CommandKind, Commanded, LaneEnd};
+pub use commanded::{Commanded, LaneEnd};
 use engine::Engine;
 
 /// Steps of the integration between two knots of a deck's spline. Trials begin at

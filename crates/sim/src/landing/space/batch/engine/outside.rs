@@ -1,12 +1,13 @@
 //! Lanes that follow commands from outside.
 
-use super::super::commanded::{Ended, OBSERVATION, with_commands};
+use super::super::commanded::{Ended, with_commands};
 use super::super::lane_flight::Departure;
 use super::super::lane_state::LaneState;
 use super::super::{Batch, KNOT_STEPS};
 use super::Engine;
 use crate::STEP_S;
 use crate::deck::spline::on_piece;
+use crate::landing::space::policy::Observation;
 use crate::number::Number;
 
 impl<N: Number> Engine<N> {
@@ -55,8 +56,7 @@ impl<N: Number> Engine<N> {
                 .zip(self.landed.drain(..))
                 .collect::<Vec<_>>()
             {
-                let mut state = [0.0; OBSERVATION];
-                self.observe(lane, &mut state);
+                let state = self.observe(lane).numbers();
                 ends.push(Ended {
                     lane,
                     landing,
@@ -70,15 +70,16 @@ impl<N: Number> Engine<N> {
         ends
     }
 
-    /// The true state of a lane, as [`Commanded::OBSERVATION`](super::super::Commanded::OBSERVATION) lists it.
-    pub(in super::super) fn observe(&self, lane: usize, out: &mut [f64]) {
+    /// The true state of a lane.
+    pub(in super::super) fn observe(&self, lane: usize) -> Observation {
         let seen = LaneState::of_all(&self.state, &self.pose, self.acceleration_mps2).of(lane);
-        let rates = self.state.rates.map(|rate| rate.get(lane));
-        let parts = [seen.place_m, seen.relative_mps, seen.velocity_mps];
-        let values = parts.into_iter().flatten().chain(seen.attitude);
-        let values = values.chain(rates).chain(seen.normal);
-        for (to, value) in out.iter_mut().zip(values) {
-            *to = value;
+        Observation {
+            place_m: seen.place_m,
+            relative_mps: seen.relative_mps,
+            velocity_mps: seen.velocity_mps,
+            attitude: seen.attitude,
+            rates: self.state.rates.map(|rate| rate.get(lane)),
+            normal: seen.normal,
         }
     }
 }
