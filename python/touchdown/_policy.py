@@ -42,7 +42,7 @@ class Policy:
     >>> sink = np.zeros((1, 19))
     >>> sink[0, 5] = -2.0                      # against the vertical velocity relative to the deck
     >>> policy = td.Policy([(sink, [-0.4], "linear")], action="thrust")
-    >>> float(policy(np.zeros(19))[0])
+    >>> round(float(policy(np.zeros(19))[0]), 6)
     -0.4
     """
 
