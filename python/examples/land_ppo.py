@@ -1,6 +1,6 @@
 """Proximal policy optimisation (PPO) that learns to land on a moving deck, in NumPy alone.
 
-    python python/examples/land_ppo.py [--deck paper] [--minutes 4] [--out policy.json]
+    python python/examples/land_ppo.py [--deck paper] [--minutes 4 | --decisions 8000000] [--out policy.json]
 
 One file in the manner of CleanRL: two networks of two hidden layers, generalised advantages, clipped objective, Adam. At the end
 the policy and the controller of the scenario fly the same trials, which neither was trained on, on the same plant. The file of --out
@@ -112,12 +112,16 @@ class Policy:
         self.value.descend(values, (values[-1] - target[:, None]) / len(x), rate)
 
 
-def train(envs: LandingVectorEnv, policy: Policy, minutes: float, rng: np.random.Generator) -> None:
-    """Learns for so many minutes of wall-clock time."""
+def train(envs: LandingVectorEnv, policy: Policy, minutes: float, most: int | None, rng: np.random.Generator) -> None:
+    """Learns for so many minutes of wall-clock time, or decisions: these give the same policy again."""
     n, size = envs.num_envs, envs.single_action_space.shape[0]
     observation, _ = envs.reset(seed=1)
     start, decisions, shown, ends = time.monotonic(), 0, 0.0, []
-    while (spent := time.monotonic() - start) < 60.0 * minutes:
+    while True:
+        spent = time.monotonic() - start
+        share = spent / (60.0 * minutes) if most is None else decisions / most
+        if share >= 1.0:
+            break
         x = np.empty((HORIZON, n, len(SCALE)), np.float32)
         actions, old = np.empty((HORIZON, n, size), np.float32), np.empty((HORIZON, n), np.float32)
         rewards, values = np.empty((HORIZON, n), np.float32), np.empty((HORIZON + 1, n), np.float32)
@@ -142,15 +146,15 @@ def train(envs: LandingVectorEnv, policy: Policy, minutes: float, rng: np.random
             advantages[t] = trace
         flat = [a.reshape(HORIZON * n, *a.shape[2:]) for a in (x, actions, old, advantages, advantages + values[:-1])]
         flat[3] = (flat[3] - flat[3].mean()) / (flat[3].std() + 1e-8)
-        rate = RATE * max(0.05, 1.0 - spent / (60.0 * minutes))
+        rate = RATE * max(0.05, 1.0 - share)
         for _ in range(EPOCHS):
             for rows in np.array_split(rng.permutation(HORIZON * n), HORIZON * n // ROWS):
                 policy.learn(tuple(a[rows] for a in flat), rate)
         decisions += HORIZON * n
         if spent - shown > 15.0 and ends:
             landed = [speed for outcome, speed in ends if outcome == "landed"]
-            share, speed = len(landed) / len(ends), np.mean(landed) if landed else np.nan
-            print(f"{spent:5.0f} s  {decisions:9d} decisions  landed {100 * share:5.1f} %  V_L {speed:.3f} m/s", flush=True)
+            percent, speed = 100 * len(landed) / len(ends), np.mean(landed) if landed else np.nan
+            print(f"{spent:5.0f} s  {decisions:9d} decisions  landed {percent:5.1f} %  V_L {speed:.3f} m/s", flush=True)
             shown, ends = spent, []
 
 
@@ -187,6 +191,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--deck", default="paper")
     parser.add_argument("--minutes", type=float, default=4.0)
+    parser.add_argument("--decisions", type=int, help="in place of --minutes")
     parser.add_argument("--trials", type=int, default=400)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out")
@@ -200,7 +205,7 @@ def main() -> None:
         ENVS, deck=given.deck, scenario=scenario, decision_s=DECISION_S, autoreset_mode=mode, reward=Reward(excess=5.0)
     )
     policy = Policy(envs.single_action_space.shape[0], rng)
-    train(envs, policy, given.minutes, rng)
+    train(envs, policy, given.minutes, given.decisions, rng)
     judge(given.deck, policy, given.trials, seed=1000 + given.seed)
     if given.out:
         policy.written().save(given.out)
