@@ -26,14 +26,15 @@ impl PolicyFile {
     /// # Errors
     /// A file that cannot be read, that is not JSON, or whose numbers make no policy.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+        let text = touchdown_files::read_text(path).map_err(|e| Error::file(path, e))?;
         let bad = |message: String| Error::Settings {
             file: path.display().to_string(),
             message,
         };
         let settings: PolicySettings =
-            serde_json::from_slice(&bytes).map_err(|e| bad(e.to_string()))?;
+            serde_json::from_str(&text).map_err(|e| bad(e.to_string()))?;
         let policy = Policy::new(settings).map_err(|e| bad(e.to_string()))?;
+        let bytes = text.into_bytes();
         Ok(Self { policy, bytes })
     }
 }

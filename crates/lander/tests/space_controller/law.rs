@@ -7,7 +7,7 @@ use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Polynomial};
 use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_flight::{Attitude, Measurement, Real, Vector};
 use touchdown_lander::control::{Adaptation, Observer};
-use touchdown_lander::space_controller::{Motion, SpaceController, Target};
+use touchdown_lander::space_controller::{Motion, SpaceCommand, SpaceController, Target};
 
 use crate::common::flight::{WEIGHT_N, lag, map, ratio, vertical_controller};
 use crate::plant::{hover_throttle, rotors, space_controller};
@@ -203,6 +203,40 @@ fn analytic_horizontal_law_and_attitude() {
     assert!(up.x < 0.0 && (up.y / up.x - 4.0 / 3.0).abs() < 1e-12);
     assert!(command.limited);
     assert_eq!(state.horizontal.integral_mps2, Vector::ZERO);
+}
+
+#[test]
+fn prop_integrals_stand_at_zero_while_another_controller_flies() {
+    let controller = space_controller(lag());
+    let motion = Motion {
+        position_m: Vector::new(0.2, -0.1, 0.6),
+        relative_velocity_mps: Vector::new(0.1, 0.0, -0.2),
+        ..hovering(0.6)
+    };
+    let fly = |flown: Option<SpaceCommand<f64>>| {
+        let mut state = controller.initial(&hovering(0.8), hover_throttle());
+        for _ in 0..50 {
+            controller.step(&mut state, &motion, &target(0.8), 0.01);
+            if let Some(command) = &flown {
+                controller.replace(&mut state, command);
+            }
+        }
+        state
+    };
+    let own = fly(None);
+    let other = SpaceCommand {
+        thrust_n: 0.9 * WEIGHT_N,
+        throttle: 0.4,
+        attitude: Attitude::from_yaw(0.3),
+        ..SpaceCommand::default()
+    };
+    let replaced = fly(Some(other));
+    let none = controller.law.initial(other.thrust_n);
+    assert!(own.horizontal.integral_mps2 != Vector::ZERO && own.vertical.law != none);
+    assert_eq!(replaced.horizontal.integral_mps2, Vector::ZERO);
+    assert_eq!(replaced.vertical.law, none);
+    let command = replaced.vertical.command;
+    assert_eq!((command.thrust_n, command.throttle), (other.thrust_n, 0.4));
 }
 
 #[test]
