@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from numbers import Integral
 from typing import Any
 
@@ -67,6 +68,17 @@ def needed(key: str, value: Any, least: int = 0) -> int:
     if value is None:
         raise fault(key, f"a whole number from {least}", value)
     return int(whole(key, value, least))
+
+
+def real(key: str, value: Any) -> float:
+    """A finite number, of Python or NumPy."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number) or isinstance(value, (str, bytes)):
+        raise fault(key, "a finite number", value)
+    return number
 
 
 def fault(key: str, expected: str, found: object) -> SindyError:

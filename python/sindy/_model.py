@@ -446,7 +446,7 @@ class SINDy(Estimator, Written):
 
     @classmethod
     def from_json(cls: type[Self], text: str) -> Self:
-        """An estimator with the model of a text in JSON."""
+        """An estimator with the model of a text in JSON; `coef_` and `terms_` have the terms of the model alone."""
         model = _native.Model.from_json(text)
         out = cls(discrete=model.period is not None, states=model.states, inputs=model.inputs or None)
         out._set(model, [], None)

@@ -261,6 +261,19 @@ def test_prop_the_example_learns_to_land_and_the_command_flies_what_it_learned(t
     assert by_command["policy"] == dict(zip(*np.unique(outcomes.astype(str), return_counts=True)))
 
 
+def test_prop_landings_tell_which_trials_a_drawn_policy_flew(tmp_path: Path) -> None:
+    hand().save(tmp_path / "p.json")
+    drawn = {"control.controller": {"kind": "choice", "of": ["policy", "observer"]}}
+    sweep = {"policy": str(tmp_path / "p.json"), "random": drawn, "trials": 12}
+    landings = td.land(sweep, space=True)
+    flew = landings["control.controller"] == "policy"
+    assert 0 < flew.sum() < 12 and landings.results["points"][0]["controller"] == "drawn"
+    alone = td.land({"trials": 12}, space=True, policy=tmp_path / "p.json", controllers=["observer"])
+    own = alone["control.controller"] == "policy"
+    expected = np.where(flew, alone["v_l_mps"][own], alone["v_l_mps"][~own])
+    assert np.array_equal(landings["v_l_mps"], expected, equal_nan=True)
+
+
 def test_prop_excess_is_what_exceeds_the_landing_computers_limits() -> None:
     fall = np.tile(np.array([[-1.0, 0.0, 0.0]], dtype=np.float32), (2, 1))
     envs = [LandingVectorEnv(2, deck="still", reward=Reward(excess=excess, within=0.5)) for excess in (0.0, 3.0)]
@@ -286,12 +299,23 @@ def test_prop_policies_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         ("layers.0.weights", lambda: td.Policy([layer], action="rates")),
         ("layers.1.weights.0", lambda: td.Policy([layer, (np.zeros((3, 4)), np.zeros(3), "tanh")])),
         ("layers", lambda: td.Policy([])),
-        ("layers", lambda: td.Policy([(np.full((3, 19), np.nan), np.zeros(3), "tanh")])),
-        ("layers[0].activation", lambda: td.Policy([(*layer[:2], "cubic")])),
+        ("layers.0.weights.0", lambda: td.Policy([(np.full((3, 19), np.nan), np.zeros(3), "tanh")])),
+        ("layers.0.weights", lambda: td.Policy([(np.zeros(19), np.zeros(1), "tanh")], action="thrust")),
+        ("layers.0.weights", lambda: td.Policy([(1j * np.zeros((3, 19)), np.zeros(3), "tanh")])),
+        ("layers.0.weights", lambda: td.Policy([([[1.0, 2.0], [3.0]], np.zeros(2), "tanh")])),
+        ("layers.0.activation", lambda: td.Policy([(*layer[:2], "cubic")])),
+        ("layers.0", lambda: td.Policy([layer[:2]])),
+        ("action.kind", lambda: td.Policy([layer], action="torque")),
         ("scale", lambda: td.Policy([layer], scale=np.inf)),
         ("input.scale", lambda: td.Policy([layer], scale=[1.0, 2.0])),
         ("action.tilt_rad", lambda: td.Policy([layer], tilt_rad=2.0)),
         ("decision_s", lambda: td.Policy([layer], decision_s=0.0)),
+        ("decision_s", lambda: td.Policy([layer], decision_s=np.nan)),
+        ("limit", lambda: td.Policy([layer], limit="wide")),
+        ("within", lambda: Reward(within=np.nan)),
+        ("noise_sd", lambda: LandingVectorEnv(1, noise_sd=-1.0)),
+        ("tilt_rad", lambda: LandingVectorEnv(1, tilt_rad=np.inf)),
+        ("observations", lambda: td.Policy([layer])(np.zeros((1, 1, 19)))),
         ("policy", lambda: td.land(policy=td.Policy([layer]), thrust=None)),
         ("policy.decision_s", lambda: td.land(space=True, policy=td.Policy([layer], decision_s=0.005), trials=1)),
         ("controller", lambda: td.Space("paper", policy=td.Policy([layer]), controller="observer")),
@@ -300,7 +324,15 @@ def test_prop_policies_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         with pytest.raises(td.SindyError) as caught:
             call()
         assert caught.value.key == key and caught.value.found, (key, caught.value.key, str(caught.value))
-    with pytest.raises(td.SindyError, match=r"text\.json.*expected value"):
+    with pytest.raises(td.SindyError, match=r"text\.json: expected a policy in JSON"):
         td.Policy.read(tmp_path / "text.json")
+    td.Policy([layer]).save(tmp_path / "p.json")
+    (tmp_path / "p.json").write_text((tmp_path / "p.json").read_text().replace("tanh", "gelu"))
+    with pytest.raises(td.SindyError) as caught:
+        td.Policy.read(tmp_path / "p.json")
+    assert caught.value.key == "layers[0].activation" and "`tanh`" in caught.value.expected, str(caught.value)
+    assert "gelu" in caught.value.found
+    # Numbers of NumPy are numbers.
+    td.Policy([layer], decision_s=np.float32(0.03), limit=np.float32(10), thrust_range=np.float64(0.4))
     with pytest.raises(FileNotFoundError):
         td.Policy.read(tmp_path / "absent.json")

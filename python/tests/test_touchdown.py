@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import json
 import os
 import pickle
+import re
 import subprocess
 import sys
 import warnings
@@ -157,6 +159,27 @@ def assert_same(ours: td.Landings, theirs: dict[str, list[str]]) -> None:
             assert [value or "" for value in ours[name]] == cells, name
 
 
+def assert_same_report(ours: td.Landings, tmp_path: Path) -> None:
+    """The files of a report are those in the command's folder; a card has a path there, and none here."""
+    assert ours.report(tmp_path / "ours") == str(tmp_path / "ours/report.html")
+    files = [file.relative_to(tmp_path / "ours") for file in (tmp_path / "ours").rglob("*") if file.is_file()]
+    assert Path("report.html") in files and len(files) > 4
+    for file in files:
+        theirs = (tmp_path / "out" / file).read_bytes()
+        if file.name == "report.html":
+            theirs = re.sub(rb"(\n\[cards\]\n)thrust = .*\n", rb"\1", theirs)
+        assert (tmp_path / "ours" / file).read_bytes() == theirs, file
+    with pytest.raises(td.SindyError, match="`folder`"):
+        ours.report()
+
+
+def assert_drawn(html: str) -> None:
+    """A plot, and a table below it."""
+    image, table = html.split(">", 1)
+    assert image.startswith('<img src="data:image/svg+xml;base64,') and table.startswith("<table>")
+    assert b"<svg" in base64.b64decode(image.split(",")[1].rstrip('"'))
+
+
 def test_prop_the_commands_landings_in_space(tmp_path: Path) -> None:
     sweep = {"trials": 3, "seed": 5, "grid": {"control.controller": ["feedback", "dynamic"]}, "scenario": {"timeout_s": 20.0}}
     (tmp_path / "sweep.toml").write_text(
@@ -174,6 +197,9 @@ def test_prop_the_commands_landings_in_space(tmp_path: Path) -> None:
     assert trace["position_m"].shape == (rows, 3) and trace["attitude"].shape == (rows, 4) and len(trace["phase"]) == rows
     # The series ends where the table says that the landing does, up to a step of the landing computer.
     assert abs(trace["time_s"][-1] - ours["end_s"][1]) < 0.011
+    assert_same_report(ours, tmp_path)
+    assert_drawn(ours._repr_html_())
+    assert_drawn(td.Space(settings={"seed": 5}).land(1)._repr_html_())
 
 
 def test_prop_the_commands_vertical_landings(card: td.Card, tmp_path: Path) -> None:
@@ -185,7 +211,10 @@ def test_prop_the_commands_vertical_landings(card: td.Card, tmp_path: Path) -> N
     assert_same(ours, columns(tmp_path / "out/landings.csv"))
     assert ours.results == json.loads((tmp_path / "out/results.json").read_text())["landing"]
     assert ours.trace(0)["height_m"][0] >= 0.5 and len(ours.to_pandas()) == 8
-    assert "<table>" in ours._repr_html_()
+    assert_same_report(ours, tmp_path)
+    assert_drawn(ours._repr_html_())
+    with pytest.raises(td.SindyError, match="lose their report in a pickle"):
+        pickle.loads(pickle.dumps(ours)).report(tmp_path / "again")
 
 
 def test_regress_texts_of_a_table_are_compared_row_by_row(card: td.Card) -> None:

@@ -38,8 +38,10 @@ class Campaign(Landings):
         at = _place(folder)
         return cls(_native.campaign_read(at, threads(n_jobs)), at)
 
-    def report(self, n_jobs: int | None = None) -> str:
-        """Writes ``report.html`` and ``figures/`` into `folder`, as the command does; the report's path."""
+    def report(self, folder: Path | None = None, *, n_jobs: int | None = None) -> str:
+        """Writes ``report.html`` and ``figures/`` into a folder, by default the campaign's, as the command does; the report's path."""
+        if folder is not None:
+            return super().report(folder, n_jobs=n_jobs)
         _native.campaign_report(self.folder, threads(n_jobs))
         return f"{self.folder}/report.html" if _is_address(self.folder) else os.path.join(self.folder, "report.html")
 

@@ -40,6 +40,7 @@ class Landings(Table):
         super().__init__(native.columns())
         self.results: dict[str, Any] = json.loads(native.results())
         # Landings in space are flown again for their series; those of the vertical vehicle keep theirs.
+        self._vertical = native if isinstance(native, _native.VerticalLandings) else None
         self._space = native if isinstance(native, _native.SpaceLandings) else None
         self._traces = native.traces() if isinstance(native, _native.VerticalLandings) else {}
         self.scenario = native.sweep_toml() if isinstance(native, _native.SpaceLandings) else native.scenario_toml()
@@ -82,6 +83,29 @@ class Landings(Table):
     def plot_trace(self, landing: int, ax: Any = None) -> Any:
         """The heights of vehicle and deck in one landing (see `trace`), as matplotlib axes."""
         return _plot.heights(self.trace(landing), ax)
+
+    def report(self, folder: Path | None = None, *, n_jobs: int | None = None) -> str:
+        """Writes ``report.html`` and ``figures/`` into a folder, as the command does; the report's path.
+
+        The worst landings in space are flown once more for it.
+        """
+        if folder is None:
+            raise fault("folder", "where the report is written", None)
+        at = os.path.abspath(os.fsdecode(folder))
+        if self._space is not None:
+            self._space.report(at, threads(n_jobs))
+        elif self._vertical is not None:
+            self._vertical.report(at)
+        else:
+            raise fault("landings", "landings of this process; those of the vertical vehicle lose their report in a pickle", "a copy")
+        return os.path.join(at, "report.html")
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_vertical": None}
+
+    def _repr_html_(self) -> str:
+        drawn = _plot.picture(lambda ax: self.plot(ax=ax)) if len(self.landed) else ""
+        return drawn + super()._repr_html_()
 
     def __repr__(self) -> str:
         return f"Landings({len(self.landed)} landings, {int(self.landed.sum())} landed)"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import base64
+import io
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,18 @@ def axes(ax: Any) -> Any:
     except ImportError:
         raise ImportError("figures need matplotlib: pip install matplotlib") from None
     return pyplot.subplots()[1]
+
+
+def picture(draw: Callable[[Any], Any]) -> str:
+    """What is drawn into axes as an image in HTML; nothing without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        return ""
+    figure, data = Figure(figsize=(7.2, 3.4), layout="constrained"), io.BytesIO()
+    draw(figure.add_subplot())
+    figure.savefig(data, format="svg")
+    return f'<img src="data:image/svg+xml;base64,{base64.b64encode(data.getvalue()).decode()}">'
 
 
 def points(columns: Mapping[str, Any]) -> list[tuple[str, NDArray[np.bool_]]]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sindy import _native
-from sindy._errors import fault
+from sindy._errors import fault, real
 
 from ._trial import Path
 
@@ -60,17 +60,18 @@ class Policy:
         limit: float | None = None,
     ) -> None:
         ranges = {"thrust_range": thrust_range, "tilt_rad": tilt_rad, "rate_radps": rate_radps}
-        given: dict[str, Any] = {
+        settings: dict[str, Any] = {
             "schema": 1,
-            "decision_s": decision_s,
-            "action": {"kind": action, **ranges},
-            "input": {"offset": _each("offset", offset), "scale": _each("scale", scale), "limit": limit},
-            "layers": [
-                {"weights": _listed("layers", weights), "bias": _listed("layers", bias), "activation": activation}
-                for weights, bias, activation in layers
-            ],
+            "decision_s": real("decision_s", decision_s),
+            "action": {"kind": str(action), **{key: real(key, value) for key, value in ranges.items()}},
+            "input": {
+                "offset": _each("offset", offset),
+                "scale": _each("scale", scale),
+                "limit": None if limit is None else real("limit", limit),
+            },
+            "layers": [],
         }
-        self._native = _native.Policy(json.dumps(given))
+        self._native = _native.Policy(json.dumps(settings), [_layer(k, layer) for k, layer in enumerate(layers)])
 
     @classmethod
     def read(cls, path: Path) -> Policy:
@@ -90,10 +91,10 @@ class Policy:
         return out
 
     def __call__(self, observations: ArrayLike) -> NDArray[np.float32]:
-        """The actions for observations (n, 19), or the action for one (19,)."""
-        given = np.ascontiguousarray(observations, dtype=float)
-        actions = self._native.actions(np.atleast_2d(given)).astype(np.float32)
-        return actions if given.ndim == 2 else actions[0]
+        """The actions for observations (n, 19), or the action for one (19,), within [-1, 1]."""
+        rows = _numbers("observations", observations, 1 if np.ndim(observations) == 1 else 2)
+        actions = self._native.actions(np.atleast_2d(rows)).astype(np.float32)
+        return actions if rows.ndim == 2 else actions[0]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self._native.json(),)
@@ -106,21 +107,37 @@ class Policy:
 
 def _restored(text: str) -> Policy:
     policy = Policy.__new__(Policy)
-    policy._native = _native.Policy(text)
+    policy._native = _native.Policy.from_json(text)
     return policy
 
 
-def _listed(key: str, values: ArrayLike) -> Any:
-    given = np.asarray(values, dtype=float)
-    if not np.isfinite(given).all():
-        raise fault(key, "finite numbers", given[~np.isfinite(given)][0])
-    return given.tolist()
+def _numbers(key: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
+    """An array of numbers of so many dimensions."""
+    try:
+        given = np.asarray(values)
+        out = np.asarray(given if given.dtype.kind in "biuf" else None, dtype=float)
+    except (TypeError, ValueError):
+        raise fault(key, "real numbers, rows of one length", type(values).__name__) from None
+    if out.ndim != dimensions or given.dtype.kind not in "biuf":
+        raise fault(key, f"real numbers in {dimensions} dimensions", f"{given.ndim} of {given.dtype}")
+    return np.ascontiguousarray(out)
 
 
-def _each(key: str, values: ArrayLike) -> Any:
+def _layer(k: int, layer: Any) -> tuple[NDArray[np.float64], NDArray[np.float64], str]:
+    """A layer as the library takes it."""
+    try:
+        weights, bias, activation = layer
+    except (TypeError, ValueError):
+        raise fault(f"layers.{k}", "weights, bias and activation", type(layer).__name__) from None
+    key = f"layers.{k}"
+    return _numbers(f"{key}.weights", weights, 2), _numbers(f"{key}.bias", bias, 1), str(activation)
+
+
+def _each(key: str, values: ArrayLike) -> list[float]:
     """One number for each of an observation."""
-    given = np.asarray(values, dtype=float)
-    return _listed(key, np.broadcast_to(given, (_NUMBERS,)) if given.ndim == 0 else given)
+    if np.ndim(values) == 0:
+        return [real(key, values)] * _NUMBERS
+    return [real(key, value) for value in _numbers(key, values, 1).tolist()]
 
 
 def policy_file(folder: str, policy: Path | Policy | None) -> str | None:
@@ -129,4 +146,4 @@ def policy_file(folder: str, policy: Path | Policy | None) -> str | None:
         path = os.path.join(folder, "policy.json")
         policy.save(path)
         return path
-    return None if policy is None else os.path.abspath(policy)
+    return None if policy is None else os.path.abspath(os.fsdecode(policy))

@@ -16,6 +16,7 @@ from . import _plot
 from ._card import Card
 from ._land import Landings, Scenario, _given, card_files
 from ._policy import Policy, policy_file
+from ._table import table_html
 from ._trial import Path
 
 
@@ -57,6 +58,9 @@ class Landing(Mapping[str, Any]):
     def plot_trace(self, ax: Any = None) -> Any:
         """The heights of vehicle and deck over time, as matplotlib axes."""
         return _plot.heights(self.trace(), ax)
+
+    def _repr_html_(self) -> str:
+        return _plot.picture(self.plot_trace) + table_html(repr(self), self._all)
 
     def __repr__(self) -> str:
         speed = self["v_l_mps"]

@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 
 /// Name of a policy among controllers.
 pub const POLICY: &str = "policy";
-/// Name of its file in the folder of a campaign or run.
-pub const POLICY_FILE: &str = "policy.json";
+/// Name of its file in the folder of a campaign or run, beside `sweep.toml`: not one that people give their own.
+pub const POLICY_FILE: &str = "sweep-policy.json";
 
 /// A policy with its file.
 #[derive(Clone, Debug)]
@@ -31,12 +31,29 @@ impl PolicyFile {
             file: path.display().to_string(),
             message,
         };
-        let settings: PolicySettings =
-            serde_json::from_str(&text).map_err(|e| bad(e.to_string()))?;
+        let mut json = serde_json::Deserializer::from_str(&text);
+        let settings: PolicySettings = serde_path_to_error::deserialize(&mut json)
+            .map_err(|e| bad(sentence(&e.path().to_string(), e.inner())))?;
+        json.end()
+            .map_err(|e| bad(format!("expected the end of the file, found {e}")))?;
         let policy = Policy::new(settings).map_err(|e| bad(e.to_string()))?;
         let bytes = text.into_bytes();
         Ok(Self { policy, bytes })
     }
+}
+
+/// What is wrong at a path in JSON, with key, expected, found and place.
+fn sentence(path: &str, error: &serde_json::Error) -> String {
+    let said = error.to_string();
+    let (said, place) = said.split_once(" at line ").unwrap_or((&said, "?"));
+    let (found, expected) = said
+        .split_once(", expected ")
+        .unwrap_or((said, "a policy in JSON"));
+    let key = match path {
+        "." => String::new(),
+        path => format!("setting `{path}`: "),
+    };
+    format!("{key}expected {expected}, found {found} (line {place})")
 }
 
 #[cfg(test)]
@@ -74,13 +91,31 @@ mod tests {
                 "\"schema\": 7",
                 vec!["`schema`", "expected 1", "found 7"],
             ),
-            ("0.02", "\"often\"", vec!["often", "line 1"]),
+            (
+                "0.02",
+                "\"often\"",
+                vec![
+                    "setting `decision_s`",
+                    "expected f64",
+                    "\"often\"",
+                    "(line 1",
+                ],
+            ),
+            ("{\"schema\"", "learned", vec!["expected a policy in JSON"]),
             (
                 "\"layers\"",
                 "\"lairs\"",
                 vec!["unknown field `lairs`", "layers"],
             ),
-            ("\"linear\"", "\"cubic\"", vec!["cubic", "`tanh`"]),
+            (
+                "\"linear\"",
+                "\"cubic\"",
+                vec![
+                    "setting `layers[0].activation`",
+                    "`cubic`",
+                    "expected one of `linear`, `tanh`",
+                ],
+            ),
             (
                 "[-0.5]",
                 "[]",

@@ -2,8 +2,9 @@
 
 use touchdown_lander::state_machine::Phase;
 use touchdown_sim::landing::space::{
-    ActionKind, ActionSettings, Activation, Case, InputSettings, LayerSettings, Observation,
-    Policy, PolicySettings, SpaceLander, SpaceLanding, TraceRow,
+    ActionKind, ActionSettings, Activation, Case, FaultClock, FaultySensor, InputSettings,
+    LayerSettings, NanBurst, Observation, Policy, PolicySettings, SpaceLander, SpaceLanding,
+    TraceRow,
 };
 
 /// A law by hand in one layer: sinks at a rate less what the ground effect lifts, leans against place and speed.
@@ -70,6 +71,23 @@ fn descends(row: &TraceRow) -> bool {
     matches!(row.phase, Phase::Descend | Phase::Commit)
 }
 
+/// What the law asks for at the estimates of a row. It looks at neither attitude nor rates, nor at the deck's normal.
+fn command_at(policy: &Policy, weight_n: f64, seen: &TraceRow) -> [f64; 5] {
+    let observation = Observation {
+        place_m: seen.estimated_m,
+        relative_mps: seen.estimated_mps,
+        velocity_mps: seen.estimated_velocity_mps,
+        attitude: seen.attitude,
+        rates: seen.rates,
+        normal: seen.deck_normal,
+    };
+    let mut command = [0.0; 5];
+    let action = policy.action(&observation.numbers());
+    let settings = &policy.settings().action;
+    settings.command(weight_n, &action, &mut command);
+    command
+}
+
 #[test]
 fn prop_a_law_by_hand_lands_on_estimates() {
     for kind in [ActionKind::Attitude, ActionKind::Rates] {
@@ -103,21 +121,7 @@ fn analytic_its_command_follows_from_the_estimates_of_its_decision() {
     for (k, decided) in descent.iter().enumerate() {
         // 0.04 s are four rows: the command stands in between.
         let seen = &descent[k - k % 4];
-        // The law looks at neither attitude nor rates, nor at the deck's normal.
-        let observation = Observation {
-            place_m: seen.estimated_m,
-            relative_mps: seen.estimated_mps,
-            velocity_mps: seen.estimated_velocity_mps,
-            attitude: seen.attitude,
-            rates: seen.rates,
-            normal: seen.deck_normal,
-        };
-        let mut command = [0.0; 5];
-        let action = policy.action(&observation.numbers());
-        policy
-            .settings()
-            .action
-            .command(weight_n, &action, &mut command);
+        let command = command_at(&policy, weight_n, seen);
         let thrust_n = decided.thrust_n.expect("rotors run");
         // The same sums of a few numbers below 20.
         assert!(
@@ -172,6 +176,37 @@ fn prop_readings_that_are_no_numbers_leave_the_computer_its_command() {
         }));
         assert!(!landing.outcome.crashed(), "{:?}", landing.outcome);
     }
+}
+
+#[test]
+fn analytic_a_policy_decides_as_soon_as_readings_are_numbers_again() {
+    let mut scenario = Case::Paper.scenario();
+    let own = lander(Case::Paper).land(0, 3, false).expect("valid");
+    let begins_s = own.before_descent_s.expect("a descent");
+    // Rates are missing at the first four steps of the descent; the law looks at none, but has to be told them.
+    scenario.faults.since = FaultClock::Start;
+    scenario.faults.nan = vec![NanBurst {
+        sensor: FaultySensor::Gyro,
+        from_s: begins_s - 0.005,
+        to_s: begins_s + 0.035,
+    }];
+    let policy = Policy::new(by_hand(ActionKind::Attitude, 0.25, 0.5)).expect("a valid policy");
+    let lander = SpaceLander::new(&scenario).expect("a valid scenario");
+    let lander = lander.with_policy(policy.clone()).expect("a valid period");
+    let landing = lander.land(0, 3, true).expect("a checked scenario");
+    let rows = rows(&landing);
+    let first = rows.iter().position(descends).expect("a descent");
+    let weight_n = scenario.plant.mass_kg * scenario.plant.gravity_mps2;
+    let asked = |row: &TraceRow| command_at(&policy, weight_n, row)[0];
+    let thrust_n = |k: usize| rows[first + k].thrust_n.expect("rotors run");
+    let decided: Vec<usize> = (0..60)
+        .filter(|&k| (thrust_n(k) - asked(&rows[first + k])).abs() < 1e-12)
+        .collect();
+    assert!(decided[0] > 0 && decided[0] <= 5, "{decided:?}");
+    // Half a second of one decision, then the next.
+    let held = thrust_n(decided[0]);
+    assert!((decided[0]..decided[0] + 50).all(|k| thrust_n(k) == held));
+    assert!(decided.contains(&(decided[0] + 50)), "{decided:?}");
 }
 
 #[test]

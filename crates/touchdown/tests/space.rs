@@ -141,7 +141,7 @@ fn prop_a_policy_lands_beside_a_controller_and_its_folder_flies_again() {
     let page = common::page(&out, common::CAMPAIGN_PAGE);
     assert!(page.contains("policy"));
     assert_eq!(
-        std::fs::read(out.join("policy.json")).unwrap(),
+        std::fs::read(out.join("sweep-policy.json")).unwrap(),
         policy().into_bytes()
     );
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from sindy import _native
-from sindy._errors import fault, needed, whole
+from sindy._errors import fault, needed, real, whole
 
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
@@ -74,6 +74,10 @@ class Reward:
     standing_m: float = 0.1
     excess: float = 0.0
     within: float = 0.8
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            real(field.name, getattr(self, field.name))
 
     def distance_m(self, observation: Array) -> Array:
         """From the touchdown point."""
@@ -163,7 +167,7 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         num_envs = needed("num_envs", num_envs, 1)
         keys = None if scenario is None else json.dumps(dict(scenario))
         ranges = {"thrust_range": thrust_range, "tilt_rad": tilt_rad, "rate_radps": rate_radps}
-        command = json.dumps({"kind": action, **ranges})
+        command = json.dumps({"kind": action, **{key: real(key, value) for key, value in ranges.items()}})
         self._native = _native.Commanded(deck, keys, command, num_envs, decision_s)
         self.num_envs = num_envs
         self._size = sizes[action]
@@ -177,6 +181,8 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         self.decision_s = decision_s
         self.steps_per_decision = self._native.steps
         self._noise_sd = np.broadcast_to(np.asarray(noise_sd, dtype=float), (len(OBSERVATION),))
+        if not (np.isfinite(self._noise_sd) & (self._noise_sd >= 0.0)).all():
+            raise fault("noise_sd", "finite numbers of at least 0", noise_sd)
         self._noisy = bool(np.any(self._noise_sd != 0.0))
         self._seeds = [0] * num_envs
         self._trials = np.arange(num_envs)

@@ -58,10 +58,13 @@ impl Axes {
                     || other.starts_with(&format!("{key}."))
             };
             if let Some(other) = keys[..i].iter().find(clashes) {
-                return Err(bad(
-                    key,
-                    &format!("is swept twice; `{other}` sweeps it as well"),
-                ));
+                let message = if key == other {
+                    "is swept twice: expected it in [grid] or in [random], found it in both"
+                        .to_owned()
+                } else {
+                    format!("is swept twice; `{other}` sweeps it as well")
+                };
+                return Err(bad(key, &message));
             }
         }
         Ok(axes)

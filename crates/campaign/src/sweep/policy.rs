@@ -76,8 +76,12 @@ pub(super) fn policy_of(
         Some(_) if !is_named => Err(bad(
             "policy",
             &format!(
-                "expected \"{POLICY}\" among the values of `{CONTROLLER}` in [grid], found none"
+                "expected \"{POLICY}\" among the values of `{CONTROLLER}` in [grid] or [random], found none"
             ),
+        )),
+        Some(given) if given.as_os_str().is_empty() => Err(bad(
+            "policy",
+            "expected the name of a file, found an empty one",
         )),
         Some(given) => {
             let read = PolicyFile::read(&folder.join(&*given))?;
@@ -186,6 +190,11 @@ mod tests {
                 format!("{SWEEP}{BOTH}"),
                 late,
                 vec!["policy.decision_s", "0.01 s", "0.025"],
+            ),
+            (
+                format!("{}{BOTH}", SWEEP.replace("own.json", "")),
+                policy(-0.5),
+                vec!["`policy`", "an empty one"],
             ),
             (
                 format!("{}{BOTH}", SWEEP.replace("own", "absent")),

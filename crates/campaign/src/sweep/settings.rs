@@ -37,7 +37,7 @@ pub struct SweepSettings {
     pub vehicle: VehicleSettings,
     /// A measured motion of the deck, in place of `scenario.deck`.
     pub series: Option<SeriesSettings>,
-    /// A learned policy (JSON, as `touchdown.Policy` writes it), relative to the sweep file. It flies the descents
+    /// A learned policy (JSON, as `touchdown.Policy` of Python writes it), relative to the sweep file. It flies the descents
     /// where `control.controller` is `"policy"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub policy: Option<PathBuf>,

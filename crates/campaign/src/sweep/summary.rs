@@ -6,7 +6,7 @@ use serde::Serialize;
 use touchdown_sim::landing::space::CrashSettings;
 
 use super::points::Sweep;
-use super::policy::is_policy;
+use super::policy::{CONTROLLER, is_policy};
 use super::row::{LandingRow, text};
 use super::software_in_the_loop::AutopilotProgram;
 use crate::error::Result;
@@ -246,10 +246,15 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
     })
 }
 
+/// In the place of a controller's name where every trial draws its own.
+const DRAWN: &str = "drawn";
+
 fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
     let values = sweep.values(point);
     let controller = if is_policy(&values) {
         POLICY
+    } else if sweep.drawn().any(|key| key == CONTROLLER) {
+        DRAWN
     } else {
         let method = sweep.scenario(point)?.control.method;
         sweep.settings().lander_name(method)

@@ -19,7 +19,7 @@ use touchdown_campaign::{Error, Result};
 use touchdown_sim::landing::space::{Case, SpaceScenario};
 
 use super::campaign::place;
-use super::of_campaign;
+use super::{of_campaign, of_page};
 use crate::error::{self, fault};
 use crate::run::{self, Cancel};
 
@@ -214,15 +214,8 @@ impl SpaceLandings {
         table.set_item("trial", whole(&|row| row.landing % trials))?;
         for (k, (key, values)) in self.sweep.grid().iter().enumerate() {
             let at = |row: &LandingRow| &values[self.sweep.places(row.landing / trials)[k]];
-            let numbers: Option<Vec<f64>> =
-                self.rows.iter().map(|r| sweep::number(at(r))).collect();
-            match numbers {
-                Some(numbers) => table.set_item(key, PyArray1::from_vec(py, numbers))?,
-                None => {
-                    let texts: Vec<String> = self.rows.iter().map(|r| sweep::text(at(r))).collect();
-                    table.set_item(key, texts)?;
-                }
-            }
+            let values: Vec<_> = self.rows.iter().map(at).collect();
+            set_settings(&table, key, &values)?;
         }
         let texts = |of: &dyn Fn(&LandingRow) -> Option<String>| -> Vec<Option<String>> {
             self.rows.iter().map(of).collect()
@@ -243,6 +236,15 @@ impl SpaceLandings {
                 .iter()
                 .map(|row| row.number(name).unwrap_or(f64::NAN));
             table.set_item(name, PyArray1::from_iter(py, values))?;
+        }
+        let draws = self
+            .rows
+            .iter()
+            .map(|r| self.sweep.draws(r.landing % trials));
+        let draws: Vec<_> = draws.collect();
+        for (k, key) in self.sweep.drawn().enumerate() {
+            let values: Vec<_> = draws.iter().map(|of| &of[k]).collect();
+            set_settings(&table, key, &values)?;
         }
         Ok(table)
     }
@@ -285,6 +287,21 @@ impl SpaceLandings {
         written.map_err(|e| of_campaign(&e))
     }
 
+    /// Writes `report.html` and `figures/` into a folder, as the command does.
+    fn report(&self, py: Python<'_>, folder: PathBuf, jobs: Option<usize>) -> PyResult<()> {
+        let (sweep, rows) = (Arc::clone(&self.sweep), self.rows.clone());
+        let written = run::owned(py, jobs, move |_| {
+            Ok((|| -> std::result::Result<(), touchdown_pages::Error> {
+                files::folder(&folder)?;
+                let results = summarise(&sweep, &rows)?;
+                let worst: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
+                let traces = sweep::replay(&sweep, &worst)?;
+                touchdown_pages::campaign(&sweep, &rows, &results, &traces, &folder)
+            })())
+        })?;
+        written.map_err(|e| of_page(&e))
+    }
+
     /// The sweep that was flown, as TOML.
     fn sweep_toml(&self) -> PyResult<String> {
         settings_file::to_toml(self.sweep.settings()).map_err(|e| of_campaign(&e))
@@ -307,6 +324,18 @@ impl SpaceLandings {
             .collect::<std::result::Result<_, _>>()
             .map_err(|e| error::settings("trace", &e))?;
         series(py, &rows)
+    }
+}
+
+/// A column of swept or drawn settings: numbers if all are, else texts.
+fn set_settings(table: &Bound<'_, PyDict>, key: &str, values: &[&toml::Value]) -> PyResult<()> {
+    let numbers: Option<Vec<f64>> = values.iter().map(|value| sweep::number(value)).collect();
+    match numbers {
+        Some(numbers) => table.set_item(key, PyArray1::from_vec(table.py(), numbers)),
+        None => {
+            let texts: Vec<String> = values.iter().map(|value| sweep::text(value)).collect();
+            table.set_item(key, texts)
+        }
     }
 }
 

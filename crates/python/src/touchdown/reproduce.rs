@@ -117,7 +117,7 @@ fn write(
 }
 
 /// An error of a run: of the disk, or of its settings.
-fn of_run(error: Error) -> PyErr {
+pub(super) fn of_run(error: Error) -> PyErr {
     match error {
         Error::Campaign(touchdown_campaign::Error::File { path, source }) => {
             PyOSError::new_err(format!("{}: {source}", path.display()))

@@ -13,25 +13,37 @@ use touchdown_campaign::vertical::controllers::{Cards, controller_over};
 use touchdown_campaign::vertical::landings::{self, LandingFigures};
 use touchdown_campaign::vertical::scenario::LandScenario;
 use touchdown_campaign::vertical::vehicle;
-use touchdown_campaign::{Error, Result};
+use touchdown_campaign::{Error, Result, files};
 use touchdown_flight::Method;
 use touchdown_model::Card as ModelCard;
+use touchdown_reproduce::experiments::landing::MethodLandings;
+use touchdown_reproduce::pages;
 use touchdown_sim::deck::DeckMotion;
 use touchdown_sim::landing::vertical::{Landing, LandingTrace};
 
 use super::card::Card;
 use super::land::{Given, Heeding};
 use super::of_campaign;
+use super::reproduce::of_run;
 use crate::error::{self, fault};
 use crate::run::{self, Cancel};
 
 /// Landings of the vertical vehicle.
 #[pyclass(frozen, module = "sindy._native")]
 pub(crate) struct VerticalLandings {
-    landings: Vec<(Method, Landing)>,
-    figures: Vec<(Method, LandingFigures)>,
+    methods: Vec<MethodLandings>,
+    scenario: LandScenario,
     toml: String,
+    /// What of the vehicle follows from the cards, in a line.
+    vehicle: Option<String>,
     warnings: Vec<String>,
+}
+
+impl VerticalLandings {
+    fn all(&self) -> impl Iterator<Item = (Method, &Landing)> {
+        let of = self.methods.iter();
+        of.flat_map(|m| m.landings.iter().map(|landing| (m.method, landing)))
+    }
 }
 
 /// What the command's arguments say.
@@ -85,9 +97,11 @@ impl Order {
             self.empirical.as_ref(),
             self.dynamic.as_ref(),
         ];
+        let mut vehicle = None;
         if let Some(followed) = vehicle::follow(&scenario, all[0], all[2])? {
             scenario = followed.scenario;
             scenario.check("the vehicle of the cards")?;
+            vehicle = Some(followed.text);
         }
         let warnings = vehicle::mismatches(&all, &scenario.scenario.plant);
         let cards = Cards {
@@ -105,18 +119,13 @@ impl Order {
             .map(|s| TAU / s);
         let frequency = measured_frequency.or(land.scenario.deck.angular_frequency());
         let motion = measured.as_ref().and_then(MeasuredDeck::spline);
-        let mut flown = VerticalLandings {
-            landings: Vec::new(),
-            figures: Vec::new(),
-            toml: settings_file::to_toml(&scenario)?,
-            warnings,
-        };
+        let mut methods = Vec::new();
         for &method in &scenario.controllers {
             let acceleration = scenario.deck_acceleration;
             let controller = controller_over(method, &cards, &land, acceleration, frequency)?;
             let (trials, seed) = (scenario.trials, scenario.seed);
             let progress = Heeding(cancel.clone());
-            let all = landings::run(
+            let landings = landings::run(
                 &land.scenario,
                 motion,
                 &controller,
@@ -125,13 +134,20 @@ impl Order {
                 self.traces,
                 &progress,
             )?;
-            let figures = LandingFigures::of(&all, land.scenario.crash_speed_mps);
-            flown.figures.push((method, figures));
-            flown
-                .landings
-                .extend(all.into_iter().map(|landing| (method, landing)));
+            let figures = LandingFigures::of(&landings, land.scenario.crash_speed_mps);
+            methods.push(MethodLandings {
+                method,
+                landings,
+                figures,
+            });
         }
-        Ok(flown)
+        Ok(VerticalLandings {
+            methods,
+            toml: settings_file::to_toml(&scenario)?,
+            scenario,
+            vehicle,
+            warnings,
+        })
     }
 }
 
@@ -189,13 +205,13 @@ pub(crate) fn land_vertically(
 impl VerticalLandings {
     /// Landings.
     fn __len__(&self) -> usize {
-        self.landings.len()
+        self.all().count()
     }
 
     /// The table of `landings.csv`: numbers as arrays (an absent one is NaN), texts as lists.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let table = PyDict::new(py);
-        let all = || self.landings.iter();
+        let all = || self.all();
         let numbers = |of: &dyn Fn(&Landing) -> Option<f64>| {
             PyArray1::from_iter(py, all().map(|(_, l)| of(l).unwrap_or(f64::NAN)))
         };
@@ -216,9 +232,9 @@ impl VerticalLandings {
 
     /// Figures of every controller, in JSON: those of `results.json`.
     fn results(&self) -> PyResult<String> {
-        let named = self.figures.iter().map(|(method, figures)| {
-            let figures = serde_json::to_value(figures)?;
-            Ok((method.name().to_owned(), figures))
+        let named = self.methods.iter().map(|m| {
+            let figures = serde_json::to_value(&m.figures)?;
+            Ok((m.method.name().to_owned(), figures))
         });
         named
             .collect::<serde_json::Result<serde_json::Map<_, _>>>()
@@ -237,10 +253,20 @@ impl VerticalLandings {
         self.warnings.clone()
     }
 
+    /// Writes `report.html` and `figures/` into a folder, as the command does.
+    fn report(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let written = py.detach(|| -> std::result::Result<(), touchdown_reproduce::Error> {
+            files::folder(&folder)?;
+            let (methods, vehicle) = (&self.methods, self.vehicle.as_deref());
+            pages::land(methods, &self.scenario, vehicle, &self.warnings, &folder)
+        });
+        written.map_err(of_run)
+    }
+
     /// The time series of the landings that keep them, by the row of the landing.
     fn traces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        for (row, (_, landing)) in self.landings.iter().enumerate() {
+        for (row, (_, landing)) in self.all().enumerate() {
             if let Some(trace) = &landing.trace {
                 out.set_item(row, series(py, trace)?)?;
             }

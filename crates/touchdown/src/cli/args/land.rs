@@ -41,10 +41,11 @@ pub(crate) struct LandArgs {
     /// Controllers; repeatable [default: all five; with --space the scenario's, or `dynamic+observer`]
     #[arg(long = "controller", value_name = "NAME", value_parser = controllers())]
     pub(crate) controllers: Vec<String>,
-    /// Learned policy (JSON) whose descents are flown as well, as controller `policy`
+    /// Learned policy (JSON) that lands beside the controllers, with the name `policy`
     ///
-    /// `touchdown.Policy` of the Python package writes it. It sees what the landing computer estimates, and flies the descents
-    /// only: approach, hover, go-arounds and touchdown remain the computer's. `python/examples/land_ppo.py` trains one.
+    /// `touchdown.Policy` of the Python package writes it, and `python/examples/land_ppo.py` trains one. It sees what the landing
+    /// computer estimates, and flies the descents only. Approach, hover, go-arounds and touchdown remain the computer's, with
+    /// the controller of the scenario.
     #[arg(long, value_name = "FILE", requires = "space")]
     pub(crate) policy: Option<PathBuf>,
     /// Landings by every controller [default: 40]

@@ -118,16 +118,19 @@ fn load(args: &LandArgs) -> Result<Sweep> {
     Ok(Sweep::new(settings, folder, file)?)
 }
 
-/// Every landing in a row, after the swept settings.
+/// Every landing in a row, after the swept settings and before the drawn ones.
 fn landings(sweep: &Sweep, rows: &[LandingRow]) -> String {
     let keys = sweep.grid().iter().map(|(key, _)| key.as_str());
     let mut out = String::new();
-    line(&mut out, keys.chain(["trial"]).chain(LandingRow::header()));
+    let header = keys.chain(["trial"]).chain(LandingRow::header());
+    line(&mut out, header.chain(sweep.drawn()));
     for row in rows {
         let values = sweep.values(row.landing / sweep.trials());
         let mut cells: Vec<String> = values.iter().map(|(_, value)| sweep::text(value)).collect();
-        cells.push((row.landing % sweep.trials()).to_string());
+        let trial = row.landing % sweep.trials();
+        cells.push(trial.to_string());
         cells.extend(row.cells());
+        cells.extend(sweep.draws(trial).iter().map(sweep::text));
         line(&mut out, cells);
     }
     out

@@ -12,6 +12,9 @@ const SCHEMA: u32 = 1;
 /// The most layers, and the most outputs of one.
 const LAYERS: usize = 16;
 const OUTPUTS: usize = 4096;
+/// The largest size of a number of a policy. With it every action is finite: 16 layers of 4096 outputs stay below 1e155 times the
+/// observation. Networks that learned something are far below; a thousandth of it would refuse scales of small numbers.
+const LARGEST: f64 = 1e6;
 
 /// A learned policy, as its file has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,8 +89,8 @@ impl Policy {
     /// Checks a policy.
     ///
     /// # Errors
-    /// Layers that do not fit one another, the observation or the action, and numbers that are not finite, by their key,
-    /// what is expected and what was found.
+    /// Layers that do not fit one another, the observation or the action, and numbers that are no number or larger than 1e6, by
+    /// their key, what is expected and what was found.
     pub fn new(settings: PolicySettings) -> Result<Self, SimError> {
         let schema = settings.schema;
         check::that(
@@ -173,12 +176,17 @@ impl Policy {
     }
 }
 
-/// So many finite numbers.
+/// So many numbers.
 fn numbers(key: &str, values: &[f64], count: usize) -> Result<(), SimError> {
     let expected = format!("{count} numbers");
     check::that(values.len() == count, key, &expected, values.len() as f64)?;
-    match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => check::finite(key, *value),
+    match values.iter().find(|value| !(value.abs() <= LARGEST)) {
+        // 1e300 rather than three hundred digits.
+        Some(value) => Err(check::fail(
+            key,
+            "a number from -1e6 to 1e6",
+            &format!("{value:?}"),
+        )),
         None => Ok(()),
     }
 }
@@ -239,9 +247,27 @@ mod tests {
     }
 
     #[test]
+    fn analytic_the_largest_network_has_a_finite_action() {
+        let mut largest = settings();
+        largest.input.limit = None;
+        largest.input.scale = vec![LARGEST; 19];
+        let wide = |inputs, outputs| {
+            let weights = vec![vec![LARGEST; inputs]; outputs];
+            layer(weights, vec![LARGEST; outputs], Activation::Linear)
+        };
+        // 64 outputs in the place of 4096: the bound of LARGEST holds for these, too.
+        largest.layers = vec![wide(19, 64)];
+        largest.layers.extend((2..LAYERS).map(|_| wide(64, 64)));
+        largest.layers.push(wide(64, 1));
+        let action = Policy::new(largest).unwrap().action(&[1e100; 19])[0];
+        assert!(action.is_finite() && action > 1e150, "{action}");
+    }
+
+    #[test]
     fn prop_what_does_not_fit_is_refused_by_its_key() {
         type Spoil = fn(&mut PolicySettings);
-        let cases: [(&str, Spoil); 10] = [
+        let cases: [(&str, Spoil); 11] = [
+            ("layers.1.weights.0", |s| s.layers[1].weights[0][1] = -2e6),
             ("schema", |s| s.schema = 2),
             ("decision_s", |s| s.decision_s = 0.0),
             ("action.tilt_rad", |s| s.action.tilt_rad = 2.0),

@@ -18,7 +18,7 @@ pub(in super::super) struct Pilot<'a> {
     steps: u64,
     /// Steps for which the last decision holds yet.
     left: u64,
-    /// Thrust, and attitude or rates; none where the last observation was not finite.
+    /// Thrust, and attitude or rates; none where the observation was not finite.
     command: Option<[f64; 5]>,
 }
 
@@ -45,7 +45,8 @@ impl<'a> Pilot<'a> {
     }
 
     /// The policy's command while the landing computer descends towards a target; what the computer asks for stands in all other
-    /// phases, while it does not know its motion, and where an observation is not finite.
+    /// phases, and while it does not know its motion. Where an observation is not finite at a decision, the computer's command
+    /// stands until one is.
     pub(in super::super) fn command(
         &mut self,
         output: &ComputerOutput<f64>,
@@ -62,8 +63,8 @@ impl<'a> Pilot<'a> {
         }
         let seen = observe();
         if self.left == 0 {
-            self.left = self.steps;
             self.command = self.decide(&seen.numbers());
+            self.left = self.command.map_or(1, |_| self.steps);
         }
         self.left -= 1;
         let [thrust_n, turn @ ..] = self.command?;
@@ -92,9 +93,6 @@ impl<'a> Pilot<'a> {
         let mut command = [0.0; 5];
         let settings = &self.policy.settings().action;
         settings.command(self.weight_n, &action, &mut command);
-        command
-            .iter()
-            .all(|value| value.is_finite())
-            .then_some(command)
+        Some(command)
     }
 }
