@@ -109,8 +109,7 @@ impl Policy {
         }
         let (seen, _) = values.as_chunks();
         let settings = self.policy.settings();
-        let weights = |layer: &LayerSettings| layer.bias.len() * layer.weights[0].len();
-        let work: usize = settings.layers.iter().map(weights).sum();
+        let work: usize = settings.layers.iter().map(LayerSettings::weights).sum();
         let policy = Arc::clone(&self.policy);
         let actions = |seen: &[[f64; Observation::NUMBERS]], cancel: &Cancel| {
             let mut actions = Vec::with_capacity(seen.len() * settings.action.kind.numbers());

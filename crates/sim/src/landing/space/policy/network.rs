@@ -12,6 +12,8 @@ const SCHEMA: u32 = 1;
 /// The most layers, and the most outputs of one.
 const LAYERS: usize = 16;
 const OUTPUTS: usize = 4096;
+/// The most weights: as JSON they take some 10 MB, and the text of a policy is at most 16 MiB.
+const WEIGHTS: usize = 500_000;
 /// The largest size of a number of a policy. With it every action is finite: 16 layers of 4096 outputs stay below 1e155 times the
 /// observation. Networks that learned something are far below; a thousandth of it would refuse scales of small numbers.
 const LARGEST: f64 = 1e6;
@@ -55,6 +57,14 @@ pub struct LayerSettings {
     pub bias: Vec<f64>,
     /// What is applied to each output.
     pub activation: Activation,
+}
+
+impl LayerSettings {
+    /// Number of its weights.
+    #[must_use]
+    pub fn weights(&self) -> usize {
+        self.weights.iter().map(Vec::len).sum()
+    }
 }
 
 /// Function of an output.
@@ -146,6 +156,9 @@ impl Policy {
             numbers(&format!("layers.{k}.bias"), &layer.bias, outputs)?;
             inputs = outputs;
         }
+        let weights: usize = settings.layers.iter().map(LayerSettings::weights).sum();
+        let expected = format!("at most {WEIGHTS} weights");
+        check::that(weights <= WEIGHTS, "layers", &expected, weights as f64)?;
         Ok(Self { settings })
     }
 
@@ -261,6 +274,26 @@ mod tests {
         largest.layers.push(wide(64, 1));
         let action = Policy::new(largest).unwrap().action(&[1e100; 19])[0];
         assert!(action.is_finite() && action > 1e150, "{action}");
+    }
+
+    #[test]
+    fn prop_a_policy_has_a_greatest_number_of_weights() {
+        let of = |width: usize| {
+            let mut wide = settings();
+            let zeros = |inputs, outputs| {
+                let weights = vec![vec![0.0; inputs]; outputs];
+                layer(weights, vec![0.0; outputs], Activation::Tanh)
+            };
+            wide.layers = vec![zeros(19, width), zeros(width, width), zeros(width, 1)];
+            Policy::new(wide)
+        };
+        // 19 w + w² + w.
+        assert!(of(697).is_ok());
+        let error = of(698).unwrap_err().to_string();
+        assert!(
+            error.contains("`layers`") && error.contains("500000"),
+            "{error}"
+        );
     }
 
     #[test]
