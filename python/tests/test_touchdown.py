@@ -321,6 +321,8 @@ def test_prop_ctrl_c_stops_landings_at_once() -> None:
 
 
 def test_prop_faults_of_landings_are_named(card: td.Card) -> None:
+    with pytest.raises(td.SindyError, match="`grid`: expected one point, found 2"):
+        td.Space("sea", {"grid": {"timeout_s": [20.0, 30.0]}})
     cases = [
         (lambda: td.land(), "thrust"),
         (lambda: td.land({"scenarios": {}}, space=True), "scenarios"),

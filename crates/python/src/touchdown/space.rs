@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchdown_campaign::policy::POLICY;
 use touchdown_campaign::settings_file::to_toml;
-use touchdown_campaign::sweep::{self, Sweep};
+use touchdown_campaign::sweep::{self, Sweep, SweepSettings};
 use touchdown_campaign::{Error, Result};
 
 use super::land::{
@@ -54,7 +54,6 @@ impl Space {
                     settings.scenario = given.over_case(&deck, Some("scenario"))?;
                 }
                 put_cards(&mut settings, cards);
-                settings.trials = TRIALS;
                 settings.seed = seed.unwrap_or(settings.seed);
                 if !deck_acceleration {
                     settings.scenario.control.deck_acceleration = false;
@@ -62,14 +61,19 @@ impl Space {
                 // A policy flies alone: a scenario has one controller.
                 let controller = controller.or_else(|| policy.is_some().then(|| POLICY.to_owned()));
                 settings.set_controllers(controller.into_iter().collect(), policy);
-                let sweep = Sweep::new(settings, &folder, name)?;
-                if sweep.points() > 1 {
+                let one = SweepSettings {
+                    trials: 1,
+                    ..settings.clone()
+                };
+                let points = Sweep::new(one, &folder, name.clone())?.points();
+                if points > 1 {
                     return Err(Error::Arguments(format!(
-                        "key `grid`: expected one point, found {}; `touchdown.land` flies several",
-                        sweep.points()
+                        "key `grid`: expected one point, found {points}; `touchdown.land` flies several"
                     )));
                 }
-                Ok(sweep)
+                // With so many trials a sweep of several points is refused as too large.
+                settings.trials = TRIALS;
+                Sweep::new(settings, &folder, name)
             })())
         })?;
         let sweep = Arc::new(made.map_err(|e| of_campaign(&e))?);

@@ -309,7 +309,7 @@ mod tests {
             ("input.limit", |s| s.input.limit = Some(-1.0)),
             ("layers", |s| s.layers.clear()),
             ("layers.1.weights", |s| {
-                s.layers[1].weights.push(vec![0.0; 2])
+                s.layers[1].weights.push(vec![0.0; 2]);
             }),
             ("layers.1.weights.0", |s| s.layers[1].weights[0].push(0.0)),
             ("layers.0.bias", |s| s.layers[0].bias[1] = f64::INFINITY),
