@@ -77,8 +77,9 @@ impl Policy {
 
     /// The policy of what [`Self::json`] gives.
     #[staticmethod]
-    fn from_json(json: &str) -> PyResult<Self> {
-        Self::of(error::read("policy", json)?)
+    fn from_json(py: Python<'_>, json: &str) -> PyResult<Self> {
+        let settings = run::short(py, || Ok(serde_json::from_str(json)))?;
+        Self::of(settings.map_err(|e| error::settings("policy", &e))?)
     }
 
     /// Writes its file, whole or not at all.
