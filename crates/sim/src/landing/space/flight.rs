@@ -125,8 +125,7 @@ impl<'a> Flight<'a> {
             sensors,
             brain: lander.computer.initial(throttle),
             hook: None,
-            pilot: (lander.policy.as_ref())
-                .map(|policy| Pilot::new(policy, &lander.computer, scenario.control_period_s)),
+            pilot: lander.pilot(),
             measured_rates: [0.0; 3],
             sent: VecDeque::with_capacity(8),
             setpoint: Some(hover(&state)),
@@ -141,20 +140,6 @@ impl<'a> Flight<'a> {
             gave_up: None,
             log_noise: Stream::new(seed, trial, Purpose::Log),
             landing: SpaceLanding {
-                trial_index: trial,
-                outcome: SpaceOutcome::TimedOut,
-                touch: None,
-                before_descent_s: None,
-                waited_s: 0.0,
-                descents: 0,
-                aborts: Vec::new(),
-                bounces: 0,
-                slide_m: 0.0,
-                greatest_foot_n: 0.0,
-                impact: None,
-                estimated_latency_s: 0.0,
-                end_s: 0.0,
-                steps: 0,
                 trace: record.then(|| SpaceTrace {
                     rows: Vec::new(),
                     log: FlightLog {
@@ -162,6 +147,7 @@ impl<'a> Flight<'a> {
                         ..FlightLog::default()
                     },
                 }),
+                ..SpaceLanding::begun(trial)
             },
         })
     }

@@ -3,7 +3,7 @@
 use super::computer::computer;
 use super::flight::{Flight, StepHook};
 use super::outcome::{SpaceLanding, SpaceOutcome};
-use super::policy::Policy;
+use super::policy::{Pilot, Policy};
 use super::scenario::SpaceScenario;
 use super::track::Track;
 use crate::sensors::CameraMode;
@@ -133,6 +133,13 @@ impl SpaceLander {
         self.pipelines = Some(pipelines);
         self.camera_pipeline().map(drop)?;
         Ok(self)
+    }
+
+    /// The policy at the start of a landing, if one flies.
+    pub(super) fn pilot(&self) -> Option<Pilot<'_>> {
+        let period_s = self.scenario.control_period_s;
+        let policy = self.policy.as_ref()?;
+        Some(Pilot::new(policy, &self.computer, period_s))
     }
 
     /// The renderer and detector of a landing; none in the fast mode.

@@ -140,6 +140,29 @@ pub struct SpaceLanding {
     pub trace: Option<SpaceTrace>,
 }
 
+impl SpaceLanding {
+    /// A landing of which nothing has happened yet.
+    pub(super) fn begun(trial_index: u64) -> Self {
+        Self {
+            trial_index,
+            outcome: SpaceOutcome::TimedOut,
+            touch: None,
+            before_descent_s: None,
+            waited_s: 0.0,
+            descents: 0,
+            aborts: Vec::new(),
+            bounces: 0,
+            slide_m: 0.0,
+            greatest_foot_n: 0.0,
+            impact: None,
+            estimated_latency_s: 0.0,
+            end_s: 0.0,
+            steps: 0,
+            trace: None,
+        }
+    }
+}
+
 /// Record of a landing: a row for every step of the landing computer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SpaceTrace {

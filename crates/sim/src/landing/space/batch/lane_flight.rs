@@ -161,21 +161,13 @@ impl LaneFlight {
     pub(super) fn landing(self, step: u64, outcome: SpaceOutcome) -> SpaceLanding {
         let steps = step - self.start;
         let mut landing = SpaceLanding {
-            trial_index: self.trial,
             outcome,
             touch: self.touch,
             before_descent_s: Some(0.0),
-            waited_s: 0.0,
             descents: 1,
-            aborts: Vec::new(),
-            bounces: 0,
-            slide_m: 0.0,
-            greatest_foot_n: 0.0,
-            impact: None,
-            estimated_latency_s: 0.0,
             end_s: steps as f64 * STEP_S,
             steps,
-            trace: None,
+            ..SpaceLanding::begun(self.trial)
         };
         self.touching.enter(&mut landing);
         landing
