@@ -313,7 +313,13 @@ def test_prop_policies_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         ("decision_s", lambda: td.Policy([layer], decision_s=np.nan)),
         ("limit", lambda: td.Policy([layer], limit="wide")),
         ("within", lambda: Reward(within=np.nan)),
+        ("excess", lambda: Reward(excess=-1.0)),
         ("noise_sd", lambda: LandingVectorEnv(1, noise_sd=-1.0)),
+        ("noise_sd", lambda: LandingVectorEnv(1, noise_sd=[0.1] * 18)),
+        ("reward", lambda: LandingVectorEnv(1, reward={"excess": 1.0})),
+        ("scenario", lambda: LandingVectorEnv(1, scenario=3)),
+        ("decision_s", lambda: LandingVectorEnv(1, decision_s=2.0)),
+        ("decision_s", lambda: LandingVectorEnv(1, decision_s=None)),
         ("tilt_rad", lambda: LandingVectorEnv(1, tilt_rad=np.inf)),
         ("observations", lambda: td.Policy([layer])(np.zeros((1, 1, 19)))),
         ("policy", lambda: td.land(policy=td.Policy([layer]), thrust=None)),
@@ -324,7 +330,7 @@ def test_prop_policies_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         with pytest.raises(td.SindyError) as caught:
             call()
         assert caught.value.key == key and caught.value.found, (key, caught.value.key, str(caught.value))
-    with pytest.raises(td.SindyError, match=r"text\.json: expected a policy in JSON"):
+    with pytest.raises(td.SindyError, match=r"text\.json: setting `policy`: expected a policy in JSON"):
         td.Policy.read(tmp_path / "text.json")
     td.Policy([layer]).save(tmp_path / "p.json")
     (tmp_path / "p.json").write_text((tmp_path / "p.json").read_text().replace("tanh", "gelu"))
@@ -333,6 +339,7 @@ def test_prop_policies_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     assert caught.value.key == "layers[0].activation" and "`tanh`" in caught.value.expected, str(caught.value)
     assert "gelu" in caught.value.found
     # Numbers of NumPy are numbers.
+    assert LandingVectorEnv(1, scenario={"timeout_s": np.float32(9.0)}).settings["timeout_s"] == 9.0
     td.Policy([layer], decision_s=np.float32(0.03), limit=np.float32(10), thrust_range=np.float64(0.4))
     with pytest.raises(FileNotFoundError):
         td.Policy.read(tmp_path / "absent.json")

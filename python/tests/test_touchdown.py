@@ -169,8 +169,10 @@ def assert_same_report(ours: td.Landings, tmp_path: Path) -> None:
         if file.name == "report.html":
             theirs = re.sub(rb"(\n\[cards\]\n)thrust = .*\n", rb"\1", theirs)
         assert (tmp_path / "ours" / file).read_bytes() == theirs, file
-    with pytest.raises(td.SindyError, match="`folder`"):
-        ours.report()
+    for bad in (None, "", "s3://bucket/x"):
+        with pytest.raises(td.SindyError) as caught:
+            ours.report(bad)
+        assert caught.value.key == "folder" and caught.value.expected and not list(tmp_path.glob("s3*"))
 
 
 def assert_drawn(html: str) -> None:
@@ -213,7 +215,7 @@ def test_prop_the_commands_vertical_landings(card: td.Card, tmp_path: Path) -> N
     assert ours.trace(0)["height_m"][0] >= 0.5 and len(ours.to_pandas()) == 8
     assert_same_report(ours, tmp_path)
     assert_drawn(ours._repr_html_())
-    with pytest.raises(td.SindyError, match="lose their report in a pickle"):
+    with pytest.raises(td.SindyError, match="copies have no report"):
         pickle.loads(pickle.dumps(ours)).report(tmp_path / "again")
 
 

@@ -87,18 +87,19 @@ class Landings(Table):
     def report(self, folder: Path | None = None, *, n_jobs: int | None = None) -> str:
         """Writes ``report.html`` and ``figures/`` into a folder, as the command does; the report's path.
 
-        The worst landings in space are flown once more for it.
+        The worst landings in space are flown once more for it, and ``sweep.toml`` and the files that it names stand beside it.
+        The settings of the vertical vehicle name no cards: those that were given have no file.
         """
         if folder is None:
-            raise fault("folder", "where the report is written", None)
-        at = os.path.abspath(os.fsdecode(folder))
+            raise fault("folder", "the folder for the report", None)
+        at = os.fsdecode(folder)
         if self._space is not None:
             self._space.report(at, threads(n_jobs))
         elif self._vertical is not None:
             self._vertical.report(at)
         else:
-            raise fault("landings", "landings of this process; those of the vertical vehicle lose their report in a pickle", "a copy")
-        return os.path.join(at, "report.html")
+            raise fault("landings", "vertical landings as `land` returned them, for copies have no report", "a copy")
+        return os.path.join(os.path.abspath(at), "report.html")
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_vertical": None}

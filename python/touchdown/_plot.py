@@ -62,9 +62,11 @@ def shares(columns: Mapping[str, Any], column: str, ax: Any) -> Any:
         # Landings without a value, such as those that did not land, count in the share and have no place on the abscissa.
         abscissa = np.concatenate([finite[:1], finite])
         share = np.arange(abscissa.size) / values.size
-        ax.step(abscissa, share, where="post", label=f"{label} ({finite.size} of {values.size})")
+        ax.step(abscissa, share, where="post", label=f"{label} ({finite.size} of {values.size})".strip())
     ax.set(xlabel=column, ylabel="share of the landings", ylim=(0.0, 1.02))
-    ax.legend()
+    # More names than these hide the curves.
+    if len(ax.lines) <= 8:
+        ax.legend(loc="lower right", fontsize="small")
     return ax
 
 

@@ -32,9 +32,9 @@ class Policy:
     action, decision_s, thrust_range, tilt_rad, rate_radps
         Those of the `touchdown.gym.LandingVectorEnv` that it was trained in.
     offset, scale : float or sequence
-        The input of the first layer is ``(observation - offset) * scale``, ...
+        One number for all of an observation, or 19: the input of the first layer is ``(observation - offset) * scale``.
     limit : float, optional
-        ... within ±`limit`.
+        Inputs beyond ±`limit` count as ±`limit`.
 
     Examples
     --------

@@ -28,7 +28,7 @@ class Landing(Mapping[str, Any]):
     trial : int
         Which trial of the seed it is.
     outcome : str
-        ``landed``, ``hard``, ``crashed: speed`` and so on.
+        ``landed``, ``crashed``, ``tipped_over``, ``given_up`` or ``timed_out``; why stands in the column ``why``.
     """
 
     def __init__(self, native: _native.SpaceLandings, trial: int) -> None:
@@ -74,8 +74,8 @@ class Space:
     Parameters
     ----------
     deck : str, optional
-        The scenario's name: ``still``, ``paper``, ``strong``, ``heave``, ``sea`` and those of
-        ``touchdown land --space --help``. By default what `settings` say.
+        The scenario's name: ``still``, ``paper``, ``strong``, ``heave``, ``sea``; with a fault over the paper's deck
+        ``tag_lost``, ``range_missing``, ``late``, ``late_unknown``, ``rotor``, ``gust``, ``nan``. By default what `settings` say.
     settings : path or mapping, optional
         The keys of ``touchdown settings campaign``, over the deck's: a TOML file, or nested dictionaries.
     thrust, empirical, dynamic : Card, optional
@@ -118,6 +118,7 @@ class Space:
         if policy is not None and controller is not None:
             raise fault("controller", "none beside a policy", controller)
         file, keys = _given(settings)
+        self._policy = policy is not None
         with tempfile.TemporaryDirectory() as folder:
             paths = card_files(folder, thrust, empirical, dynamic)
             learned = policy_file(folder, policy)
@@ -136,4 +137,5 @@ class Space:
 
     def __repr__(self) -> str:
         scenario = self.scenario
-        return f"Space({scenario['deck']['kind']!r} deck, {scenario['control']['controller']})"
+        controller = "policy" if self._policy else scenario["control"]["controller"]
+        return f"Space({scenario['deck']['kind']!r} deck, {controller})"

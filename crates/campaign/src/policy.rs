@@ -50,10 +50,10 @@ fn sentence(path: &str, error: &serde_json::Error) -> String {
         .split_once(", expected ")
         .unwrap_or((said, "a policy in JSON"));
     let key = match path {
-        "." => String::new(),
-        path => format!("setting `{path}`: "),
+        "." => "policy",
+        path => path,
     };
-    format!("{key}expected {expected}, found {found} (line {place})")
+    format!("setting `{key}`: expected {expected}, found {found} (line {place})")
 }
 
 #[cfg(test)]
@@ -101,7 +101,11 @@ mod tests {
                     "(line 1",
                 ],
             ),
-            ("{\"schema\"", "learned", vec!["expected a policy in JSON"]),
+            (
+                "{\"schema\"",
+                "learned",
+                vec!["setting `policy`: expected a policy in JSON"],
+            ),
             (
                 "\"layers\"",
                 "\"lairs\"",

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from sindy import _native
 from sindy._errors import fault, needed, real, whole
 
+from touchdown._land import _plain
+
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
 
@@ -56,11 +58,11 @@ class Reward:
     standing_m : float
         Height of the vehicle's reference point when it stands.
     excess : float
-        Cost of a second for each m/s of closing speed and each metre of lateral error beyond `within` of the limits at which
-        the landing computer aborts a descent (``control.lander.closing_mps`` and ``lateral_m`` of the scenario). A policy that
-        is to fly in ``touchdown land --space`` has to keep them.
+        Cost of a second for each m/s of closing speed above its limit, and for each metre of lateral error above its. A policy
+        that is to fly in ``touchdown land --space`` has to keep them: there the landing computer aborts.
     within : float
-        Share of those limits.
+        The limits are this share of those of the landing computer (``control.lander.closing_mps`` and ``lateral_m`` of the
+        scenario).
     """
 
     progress: float = 1.0
@@ -78,6 +80,10 @@ class Reward:
     def __post_init__(self) -> None:
         for field in fields(self):
             real(field.name, getattr(self, field.name))
+        if self.excess < 0.0:
+            raise fault("excess", "a number of at least 0", self.excess)
+        if not 0.0 < self.within <= 1.0:
+            raise fault("within", "a number above 0, at most 1", self.within)
 
     def distance_m(self, observation: Array) -> Array:
         """From the touchdown point."""
@@ -123,7 +129,7 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         ``attitude``: thrust, roll and pitch; ``rates``: thrust, and rates about the body's x, y and z; ``thrust``: thrust alone,
         upright. Each in [-1, 1].
     decision_s : float
-        Time between two decisions, a multiple of 0.02 s.
+        Time between two decisions, a multiple of 0.02 s up to 1 s.
     thrust_range : float
         Thrust is weight (1 + `thrust_range` a).
     tilt_rad : float
@@ -160,15 +166,21 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         render_mode: str | None = None,
     ) -> None:
         sizes = {"attitude": 3, "rates": 4, "thrust": 1}
-        if action not in sizes:
+        if not isinstance(action, str) or action not in sizes:
             raise fault("action", f"one of {', '.join(sizes)}", action)
         if render_mode is not None:
             raise fault("render_mode", "none", render_mode)
         num_envs = needed("num_envs", num_envs, 1)
-        keys = None if scenario is None else json.dumps(dict(scenario))
+        if not isinstance(deck, str):
+            raise fault("deck", "the name of a deck", deck)
+        if not (scenario is None or isinstance(scenario, Mapping)):
+            raise fault("scenario", "keys and values", type(scenario).__name__)
+        if not (reward is None or isinstance(reward, Reward)):
+            raise fault("reward", "a `Reward`", reward)
+        keys = None if scenario is None else json.dumps(dict(scenario), default=_plain)
         ranges = {"thrust_range": thrust_range, "tilt_rad": tilt_rad, "rate_radps": rate_radps}
         command = json.dumps({"kind": action, **{key: real(key, value) for key, value in ranges.items()}})
-        self._native = _native.Commanded(deck, keys, command, num_envs, decision_s)
+        self._native = _native.Commanded(deck, keys, command, num_envs, real("decision_s", decision_s))
         self.num_envs = num_envs
         self._size = sizes[action]
         self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode(autoreset_mode)}
@@ -180,8 +192,12 @@ class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
         self._limits = self.settings["control"]["lander"]
         self.decision_s = decision_s
         self.steps_per_decision = self._native.steps
-        self._noise_sd = np.broadcast_to(np.asarray(noise_sd, dtype=float), (len(OBSERVATION),))
-        if not (np.isfinite(self._noise_sd) & (self._noise_sd >= 0.0)).all():
+        try:
+            self._noise_sd = np.broadcast_to(np.asarray(noise_sd, dtype=float), (len(OBSERVATION),))
+        except (TypeError, ValueError):
+            raise fault("noise_sd", f"a number, or {len(OBSERVATION)}", noise_sd) from None
+        # Single precision has numbers up to 3e38; noise of a thousandth of it is none that anyone means.
+        if not ((self._noise_sd >= 0.0) & (self._noise_sd < 1e35)).all():
             raise fault("noise_sd", "finite numbers of at least 0", noise_sd)
         self._noisy = bool(np.any(self._noise_sd != 0.0))
         self._seeds = [0] * num_envs

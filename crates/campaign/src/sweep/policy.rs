@@ -24,11 +24,19 @@ pub(super) fn is_policy(values: &[(&str, &Value)]) -> bool {
 }
 
 impl SweepSettings {
-    /// Lets these controllers fly, and a policy beside them. Without any, the sweep's own fly, or else the scenario's.
+    /// Lets these controllers fly, and a policy beside them. Without any, the sweep's own fly, or else the scenario's. Where the
+    /// sweep draws its controllers, a policy takes the place of its policy there.
     pub fn set_controllers(&mut self, controllers: Vec<String>, policy: Option<PathBuf>) {
         let mut values: Vec<Value> = controllers.into_iter().map(Value::from).collect();
+        if policy.is_none() && !values.is_empty() {
+            let named = values.iter().any(|value| names_policy(CONTROLLER, value));
+            self.policy = self.policy.take().filter(|_| named);
+        }
         if let Some(policy) = policy {
             self.policy = Some(policy);
+            if values.is_empty() && self.random.contains_key(CONTROLLER) {
+                return;
+            }
             if values.is_empty() {
                 values = match self.grid.get(CONTROLLER) {
                     Some(Value::Array(own)) => own.clone(),
@@ -225,5 +233,12 @@ mod tests {
         let own = "[grid]\n\"control.controller\" = [\"feedback\"]\n";
         assert_eq!(set(own, &[], file), beside("feedback"));
         assert_eq!(set(own, &["policy"], file), Some("[\"policy\"]".to_owned()));
+        // Controllers in the place of a sweep's own leave a policy that none of them is.
+        let mut settings = SweepSettings::parse(&format!("{SWEEP}{BOTH}"), "sweep").unwrap();
+        settings.set_controllers(vec!["observer".to_owned()], None);
+        assert_eq!(settings.policy, None);
+        // Where controllers are drawn, the file is another.
+        let drawn = "[random]\n\"control.controller\" = { kind = \"choice\", of = [\"policy\", \"observer\"] }\n";
+        assert_eq!(set(drawn, &[], file), None);
     }
 }

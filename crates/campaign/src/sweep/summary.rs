@@ -170,6 +170,8 @@ pub struct WorstLanding {
     pub why: Option<String>,
     /// V_L, m/s.
     pub v_l_mps: Option<f64>,
+    /// Speed of its hardest touch, m/s.
+    pub impact_mps: Option<f64>,
     /// Distance from the deck's centre, m.
     pub lateral_m: Option<f64>,
 }
@@ -228,6 +230,7 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
             outcome: row.outcome.clone(),
             why: row.why.clone(),
             v_l_mps: row.number("v_l_mps"),
+            impact_mps: row.number("impact_mps"),
             lateral_m: row.number("lateral_m"),
         })
     });
@@ -351,7 +354,7 @@ fn worst(rows: &[LandingRow]) -> Vec<&LandingRow> {
     };
     let mut worst: Vec<&LandingRow> = rows.iter().filter(|row| row.flown()).collect();
     worst.sort_by(|a, b| {
-        let speed = |row: &LandingRow| row.number("v_l_mps").unwrap_or(0.0);
+        let speed = |row: &LandingRow| row.number("impact_mps").unwrap_or(0.0);
         class(a)
             .cmp(&class(b))
             .then(speed(b).total_cmp(&speed(a)))

@@ -317,6 +317,7 @@ fn worst_table(results: &CampaignResults) -> Table {
         .number_column("Trial", "")
         .text_column("Outcome")
         .number_column("V_L", "m/s")
+        .number_column("Hardest touch", "m/s")
         .number_column("Lateral", "m");
     for worst in &results.worst {
         let one = |value: Option<f64>| value.map_or_else(Cell::missing, |v| Cell::number(v, 3));
@@ -326,6 +327,7 @@ fn worst_table(results: &CampaignResults) -> Table {
             Cell::text(worst.trial.to_string()),
             Cell::text(ended(worst)),
             one(worst.v_l_mps),
+            one(worst.impact_mps),
             one(worst.lateral_m),
         ]);
     }

@@ -90,6 +90,16 @@ pub(super) type Files = BTreeMap<String, Vec<u8>>;
 /// A function that makes landings again, and its arguments: files, the first landing and their number.
 type Restored<'py> = (Bound<'py, PyAny>, (Bound<'py, PyDict>, u64, usize));
 
+/// Refuses an address as the folder of a report.
+pub(super) fn local(folder: &Path) -> PyResult<()> {
+    if folder.as_os_str().is_empty() || touchdown_files::is_address(folder) {
+        let (expected, found) = ("a folder", folder.display().to_string());
+        let message = format!("folder: expected {expected}, found `{found}`");
+        return Err(fault(message, "folder", expected, &found));
+    }
+    Ok(())
+}
+
 /// Files as `bytes` by name.
 pub(super) fn in_bytes<'py>(py: Python<'py>, files: &Files) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
@@ -287,12 +297,18 @@ impl SpaceLandings {
         written.map_err(|e| of_campaign(&e))
     }
 
-    /// Writes `report.html` and `figures/` into a folder, as the command does.
+    /// Writes `report.html` and `figures/` into a folder, as the command does, and the sweep with the files that it names.
     fn report(&self, py: Python<'_>, folder: PathBuf, jobs: Option<usize>) -> PyResult<()> {
+        local(&folder)?;
         let (sweep, rows) = (Arc::clone(&self.sweep), self.rows.clone());
         let written = run::owned(py, jobs, move |_| {
             Ok((|| -> std::result::Result<(), touchdown_pages::Error> {
                 files::folder(&folder)?;
+                let settings = settings_file::to_toml(sweep.settings())?;
+                let named = [("sweep.toml", settings.as_bytes())].into_iter();
+                for (name, bytes) in named.chain(sweep.files()) {
+                    files::write(&folder.join(name), bytes)?;
+                }
                 let results = summarise(&sweep, &rows)?;
                 let worst: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
                 let traces = sweep::replay(&sweep, &worst)?;

@@ -22,7 +22,7 @@ use touchdown_sim::deck::DeckMotion;
 use touchdown_sim::landing::vertical::{Landing, LandingTrace};
 
 use super::card::Card;
-use super::land::{Given, Heeding};
+use super::land::{Given, Heeding, local};
 use super::of_campaign;
 use super::reproduce::of_run;
 use crate::error::{self, fault};
@@ -255,6 +255,7 @@ impl VerticalLandings {
 
     /// Writes `report.html` and `figures/` into a folder, as the command does.
     fn report(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        local(&folder)?;
         let written = py.detach(|| -> std::result::Result<(), touchdown_reproduce::Error> {
             files::folder(&folder)?;
             let (methods, vehicle) = (&self.methods, self.vehicle.as_deref());

@@ -15,10 +15,12 @@ Examples:
   touchdown land --space --controller observer --mcap mcap --out landings
   touchdown land --space --policy policy.json --out landings             a learned policy beside the scenario's controller
 
-The folder of --out gets report.html, results.json, landings.csv (a row for each landing), figures/ and the scenario.
+The folder of --out gets report.html, results.json, landings.csv (a row for each landing), figures/, and the scenario with the
+files that it names.
 Vertical landings have the columns controller, trial, outcome (landed, crashed, timed_out or diverged), t_l_s (landing time T_L),
 v_l_mps (relative speed at landing V_L), s_l_m (total variation of the relative height S_L) and final_height_m. A touch
-above 0.6 m/s is a crash, a landing above 0.3 m/s is hard (`crash_speed_mps`, with --space `crash.speed_mps`, and half of it).
+above 0.6 m/s is a crash. A landing is hard if its touch (with --space any of its touches) is above 0.3 m/s (`crash_speed_mps`,
+with --space `crash.speed_mps`, and half of it).
 A vehicle that does not land is a result: the last lines say how often and why.";
 
 #[derive(Args, Debug)]
@@ -45,7 +47,7 @@ pub(crate) struct LandArgs {
     ///
     /// `touchdown.Policy` of the Python package writes it, and `python/examples/land_ppo.py` trains one. It sees what the landing
     /// computer estimates, and flies the descents only. Approach, hover, go-arounds and touchdown remain the computer's, with
-    /// the controller of the scenario.
+    /// the controller of the scenario (`scenario.control.controller`), whatever --controller says.
     #[arg(long, value_name = "FILE", requires = "space")]
     pub(crate) policy: Option<PathBuf>,
     /// Landings by every controller [default: 40]

@@ -72,7 +72,7 @@ impl Commanded {
     /// So many places over the scenario of a batch, with a decision every `decision_s`. All places are empty.
     ///
     /// # Errors
-    /// A decision time that is no multiple of 20 ms, for which the air is drawn, or no place.
+    /// A decision time that is no multiple of 20 ms, for which the air is drawn, or above 1 s, or no place.
     pub fn new(
         batch: Batch,
         kind: CommandKind,
@@ -81,11 +81,11 @@ impl Commanded {
     ) -> Result<Self, SimError> {
         let steps = (decision_s / crate::STEP_S).round();
         check::that(
-            (1.0..=1e6).contains(&steps)
+            (1.0..=1000.0).contains(&steps)
                 && (steps as u64).is_multiple_of(BLOCK_STEPS)
                 && (steps * crate::STEP_S - decision_s).abs() < 1e-9,
             "decision_s",
-            "a multiple of 0.02 s",
+            "a multiple of 0.02 s, at most 1 s",
             decision_s,
         )?;
         check::that(places > 0, "places", "at least one", places as f64)?;

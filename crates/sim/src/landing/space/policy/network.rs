@@ -84,7 +84,9 @@ impl Activation {
         match self {
             Self::Linear => x,
             Self::Tanh => libm::tanh(x),
-            Self::Relu => x.max(0.0),
+            // NaN stays.
+            Self::Relu if x <= 0.0 => 0.0,
+            Self::Relu => x,
         }
     }
 }
