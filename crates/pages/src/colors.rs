@@ -40,7 +40,7 @@ const SSC: Color = Color::Cycle(3);
 const FEEDBACK: Color = Color::Cycle(5);
 const OBSERVER: Color = Color::Cycle(10);
 const DYNAMIC_OBSERVER: Color = Color::Cycle(15);
-const LEARNED: Color = Color::Cycle(12);
+const LEARNED: Color = Color::Cycle(11);
 
 /// The colour of a method of vertical landing.
 pub fn of_method(method: Method) -> Color {
