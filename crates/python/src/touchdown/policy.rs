@@ -38,11 +38,6 @@ impl Policy {
         let policy = Arc::new(policy.map_err(|e| of_sim(&e))?);
         Ok(Self { policy })
     }
-
-    fn text(&self, py: Python<'_>) -> PyResult<String> {
-        let text = run::short(py, || Ok(serde_json::to_string(self.policy.settings())))?;
-        text.map_err(|e| error::settings("policy", &e))
-    }
 }
 
 #[pymethods]
@@ -84,14 +79,15 @@ impl Policy {
 
     /// Writes its file, whole or not at all.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let text = self.text(py)?;
+        let text = self.json(py)?;
         let written = run::short(py, || Ok(write(&path, text.as_bytes())))?;
         written.map_err(|e| of_campaign(&e))
     }
 
     /// The policy in JSON: the content of its file.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
-        self.text(py)
+        let text = run::short(py, || Ok(serde_json::to_string(self.policy.settings())))?;
+        text.map_err(|e| error::settings("policy", &e))
     }
 
     /// The actions for observations, a row each, within [-1, 1].
