@@ -3,7 +3,4 @@
 
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| {
-    let start = [0xa3, 0x95, 128];
-    touchdown_log_fuzz::any_log(&[&start, bytes].concat());
-});
+fuzz_target!(|bytes: &[u8]| touchdown_log_fuzz::any_log(&[0xa3, 0x95, 128], bytes));

@@ -3,7 +3,4 @@
 
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| {
-    let start = [0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35, 0x01];
-    touchdown_log_fuzz::any_log(&[&start, bytes].concat());
-});
+fuzz_target!(|bytes: &[u8]| touchdown_log_fuzz::any_log(&[0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35, 0x01], bytes));

@@ -2,13 +2,20 @@
 
 use touchdown_log::{Log, LogFormat, Map, Survey};
 
-/// Reads bytes that start like a log, in every way that there is.
-pub fn any_log(bytes: &[u8]) {
-    let log = Log::from_bytes("fuzz", bytes.to_vec()).expect("the start of a log");
+/// Reads bytes as a log that starts with `magic`, in every way that there is. A whole log has it already, so that real files can be
+/// where the search begins.
+pub fn any_log(magic: &[u8], bytes: &[u8]) {
+    let bytes = if bytes.starts_with(magic) {
+        bytes.to_vec()
+    } else {
+        [magic, bytes].concat()
+    };
+    let length = bytes.len();
+    let log = Log::from_bytes("fuzz", bytes).expect("the start of a log");
     let Ok((survey, findings)) = log.survey() else {
         return;
     };
-    counts_add_up(&survey, bytes.len());
+    counts_add_up(&survey, length);
     let _ = survey.lacks();
     let text = survey.suggested_map();
     let suggested = Map::parse("suggested.toml", &text).expect("a suggested map is a map");
