@@ -1,5 +1,5 @@
 //! How often the intervals of a ground effect hold the truth where the flights are hard: vehicles of 30 g and 4 kg, throttles
-//! that are logged slowly, and heights that are the autopilot's estimate.
+//! that are logged slowly, heights that are the autopilot's estimate, and decks that heave.
 //!
 //! ```text
 //! cargo run --release -p touchdown-identify --example flight_cases -- SETS FIRST_SET [CASE] >> sets.txt
@@ -19,7 +19,7 @@ use vertical::{Vehicle, identify, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;
-const CASES: [&str; 8] = [
+const CASES: [&str; 10] = [
     "30g",
     "30g-poses",
     "4kg",
@@ -28,6 +28,8 @@ const CASES: [&str; 8] = [
     "slow-throttle-poses",
     "filtered",
     "filtered-poses",
+    "deck",
+    "deck-velocity",
 ];
 
 fn main() -> std::io::Result<()> {
@@ -84,6 +86,13 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
         // A complementary filter of range and accelerometer, in every row.
         "filtered" => Vehicle {
             filtered_height: true,
+            ..usual
+        },
+        // The ground heaves as the deck of a small vessel does; the log has no inertial velocity, or that of a filter.
+        "deck" | "deck-velocity" => Vehicle {
+            ground_mps: usual.rotor_radius_m * between(0.15, 0.5),
+            ground_period_s: between(1.8, 6.0),
+            filtered_climb: case == "deck-velocity",
             ..usual
         },
         // Logged at the rates that are the least for a lag.

@@ -21,6 +21,7 @@ pub mod fitted;
 pub mod flights;
 pub mod forms;
 pub mod front;
+mod held;
 pub mod prediction;
 pub mod refusal;
 pub mod rig;

@@ -56,6 +56,11 @@ pub enum Warning {
         /// Greatest thrust (N).
         most_n: f64,
     },
+    /// A log repeats the thrust of a slower sensor.
+    ThrustRepeats {
+        /// Time between measurements (s).
+        period_s: f64,
+    },
     /// Nothing says how many rotors a stand measured.
     OneRotorAssumed,
     /// A search ended before its minimum.
@@ -184,6 +189,10 @@ impl fmt::Display for Warning {
                 f,
                 "thrust of up to {most_n:.0} N from one rotor: is it in grams? Then write into the map: thrust_n = \
                  '9.80665e-3 * \"thrust_n\"' (with the log's own name of the column)"
+            ),
+            Self::ThrustRepeats { period_s } => write!(
+                f,
+                "the log repeats each thrust until the next measurement, {period_s:.3} s later; only the first row of each counts"
             ),
             Self::OneRotorAssumed => f.write_str(
                 "the thrust is taken for that of one rotor, because nothing says how many were measured. If it is that of more, \

@@ -52,6 +52,23 @@ fn analytic_noise_of_the_range_biases_no_number() {
 }
 
 #[test]
+fn analytic_a_deck_that_heaves_biases_no_number() {
+    // The ground was taken to rest: innovations far from white, and a fit along measured heights with a warning.
+    let vehicle = Vehicle {
+        ground_mps: 0.05,
+        ..Vehicle::default()
+    };
+    holds(&vehicle, 74_000);
+    // An inertial climb rate that a filter smoothed contradicts the range over a deck, and its errors go on.
+    let vehicle = Vehicle {
+        filtered_climb: true,
+        ground_period_s: 3.0,
+        ..vehicle
+    };
+    holds(&vehicle, 74_100);
+}
+
+#[test]
 fn analytic_without_accelerometer_the_motion_tells_lift_and_lag() {
     let vehicle = Vehicle {
         accelerometer: false,

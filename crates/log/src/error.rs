@@ -131,8 +131,8 @@ pub enum LogError {
     },
     /// A foreign table without a map.
     #[error(
-        "{path}: expected a column time_s or a map, found the columns {}; a map to start from:\n{suggested}",
-        list(.columns)
+        "{path}: expected a column time_s or a map, found the columns {}; a map to start from:\n{}",
+        list(.columns), head(.suggested)
     )]
     NeedsMap {
         /// The file.
@@ -231,9 +231,29 @@ fn next_step(source: &io::Error) -> &'static str {
     }
 }
 
+/// Columns that a sentence names at most, and lines of a map in it: more are not read.
+const MOST_NAMES: usize = 20;
+const MOST_LINES: usize = 60;
+
 fn list(names: &[String]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
-    quoted.join(", ")
+    let quoted = names.iter().take(MOST_NAMES);
+    let quoted: Vec<String> = quoted.map(|name| format!("{name:?}")).collect();
+    match names.len().saturating_sub(MOST_NAMES) {
+        0 => quoted.join(", "),
+        more => format!("{} and {more} more", quoted.join(", ")),
+    }
+}
+
+/// The first lines of a text, and how many follow.
+fn head(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    match lines.len().saturating_sub(MOST_LINES) {
+        0 => text.to_string(),
+        more => format!(
+            "{}\n# … {more} more lines, which `touchdown inspect FILE` prints\n",
+            lines[..MOST_LINES].join("\n")
+        ),
+    }
 }
 
 fn hint(nearest: &Option<String>) -> String {

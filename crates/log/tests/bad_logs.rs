@@ -2,7 +2,7 @@
 
 use crate::common;
 #[path = "../fuzz/src/lib.rs"]
-#[allow(unreachable_pub)]
+#[allow(unreachable_pub, dead_code)]
 mod fuzz;
 
 use common::{dataflash, fixture, good_ulog};

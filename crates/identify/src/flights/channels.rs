@@ -5,6 +5,7 @@ use touchdown_trial::Trial;
 use super::FlightSettings;
 use super::smooth::{filled, without_spikes};
 use crate::error::{Error, Result};
+use crate::held::once;
 use crate::thrust::{plateau::median, throttle};
 use crate::warning::Warning;
 
@@ -74,7 +75,22 @@ pub(super) fn heights(trial: &Trial, offset_m: f64, notes: &mut Vec<Warning>) ->
     if !height_m.iter().any(|z| z.is_finite()) {
         height_m.clear();
     }
-    [filled(time, &height_m, false), measured(time, &height_m)]
+    let mut range_m = measured(time, &height_m);
+    // A range that a link repeats differs only by the tilt that it was turned by.
+    let tilt = trial.channel("tilt_rad").unwrap_or_default();
+    let along = |(i, z): (usize, &f64)| {
+        z / tilt
+            .get(i)
+            .filter(|t| t.is_finite())
+            .map_or(1.0, |t| t.cos())
+    };
+    let along: Vec<f64> = logged.iter().enumerate().map(along).collect();
+    for (range, once) in range_m.iter_mut().zip(once(&along).unwrap_or_default()) {
+        if once.is_nan() {
+            *range = f64::NAN;
+        }
+    }
+    [filled(time, &height_m, false), range_m]
 }
 
 /// A channel where it was measured, NaN elsewhere. Readers hold the values of a slow sensor, or join them by lines: a value that
@@ -86,7 +102,8 @@ pub(super) fn measured(time: &[f64], values: &[f64]) -> Vec<f64> {
     let mut out = vec![f64::NAN; values.len()];
     let mut last: Option<usize> = None;
     for (k, &i) in known.iter().enumerate() {
-        let repeats = last.is_some_and(|l| values[l] == values[i]);
+        let repeats =
+            i > 0 && values[i - 1].is_finite() && last.is_some_and(|l| values[l] == values[i]);
         let between = k > 0
             && known.get(k + 1).is_some_and(|&b| {
                 let a = known[k - 1];

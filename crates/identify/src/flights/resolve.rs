@@ -9,7 +9,7 @@ use super::likeliest::{Rival, likeliest_curve, likeliest_motors};
 use super::model::{Curve, ModelTerms};
 use super::resampling::Resampling;
 use super::selection::ModelSelection;
-use super::trajectory::{self, Noise, Tracked, track, track_shape};
+use super::trajectory::{self, Noise, Tracked, track, track_beside_others, track_shape};
 use crate::estimate::Estimate;
 use crate::refusal::Refusal;
 
@@ -95,7 +95,11 @@ fn along_trajectories(
             }
         }
     }
-    let tracked = track(choice.pieces, &start, None, units)?;
+    let mut tracked = track(choice.pieces, &start, units);
+    if basis == Basis::Accelerometer && !tracked.as_ref().is_some_and(Tracked::is_trusted) {
+        tracked = track_beside_others(choice.pieces, &start, units).or(tracked);
+    }
+    let tracked = tracked?;
     if basis == Basis::Poses && tracked.is_preferred(basis) {
         return Some(likeliest_motors(choice, tracked, units));
     }

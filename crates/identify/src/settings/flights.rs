@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Resampled sets of flights at most: ends of intervals are then known to a hundredth of their length, and each set takes memory.
+const MOST_RESAMPLES: usize = 100_000;
+
 /// What is known of the vehicle, and how flights are read.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -83,10 +86,10 @@ impl FlightSettings {
                 self.reference_radii.to_string(),
             ));
         }
-        if self.resamples < 100 {
+        if !(100..=MOST_RESAMPLES).contains(&self.resamples) {
             return Some((
                 "flight.resamples",
-                "at least 100",
+                "100 to 100000",
                 self.resamples.to_string(),
             ));
         }

@@ -32,6 +32,7 @@ use touchdown_trial::Trial;
 use crate::delayed::delayed;
 use crate::error::{Error, Result};
 use crate::fitted::{FittedCard, Origin};
+use crate::held::measured_thrust;
 use crate::prediction::{Columns, Predictor};
 use crate::settings::{IdentificationSettings, ThrustForm};
 use crate::warning::{Warning, sentences};
@@ -62,6 +63,8 @@ pub fn fit(
     for trial in trials {
         sign::check(trial, &throttle(trial)?)?;
     }
+    let (measured, repeats_s) = measured_thrust(trials)?;
+    let trials = &measured[..];
     let (candidate, forms) = match settings.thrust.form {
         Some(form) => {
             let battery = settings.thrust.battery;
@@ -80,6 +83,9 @@ pub fn fit(
     fitted.card.measured_rotors = rotors.in_card(&settings.vehicle);
     if rotors == MeasuredRotors::OneAssumed {
         fitted.warnings.push(Warning::OneRotorAssumed);
+    }
+    if let Some(period_s) = repeats_s {
+        fitted.warnings.push(Warning::ThrustRepeats { period_s });
     }
     let most_n = trials.iter().map(sign::most_n).fold(0.0, f64::max);
     if fitted.card.measured_rotors == Some(1) && most_n > MOST_OF_ONE_ROTOR_N {
@@ -186,7 +192,8 @@ fn run(
     let has_lag = card.terms_of("T_m").next().is_some();
     if let (Some(held), true) = (held, has_lag) {
         let between = if held { Between::Held } else { Between::Linear };
-        let target = root_at_rest(card, throttle, battery_v)?;
+        let acting_v = free_run::acting_voltage(time, battery_v, between, dead_time_s);
+        let target = root_at_rest(card, throttle, &acting_v)?;
         let lag_s = card.coefficient("T_m", "1");
         let x = lagged_signal(time, &target, between, lag_s, dead_time_s);
         let (first, from_s) = (target[0], time[0]);

@@ -56,6 +56,29 @@ pub(super) fn between(records: &[CommandRecord]) -> Between {
     )
 }
 
+/// What held throttles are between their samples. A command that changes at any time is logged at the next sample: in the mean over
+/// many changes its answer is that to a straight line from the sample before, in which the change took place. One that changes at
+/// samples is held, unless the evidence for lines is very strong: few rows after a change tell the two apart.
+fn likelier<'a>(
+    seen: Between,
+    alone: Free,
+    problem_of: impl Fn(Between) -> Problem<'a>,
+) -> Between {
+    if seen == Between::Linear {
+        return seen;
+    }
+    let both = Free {
+        dead_time: true,
+        ..alone
+    };
+    let squares = |between| {
+        let problem = problem_of(between);
+        (problem.solve(both).squares, problem.len())
+    };
+    let ((held, rows), (lines, _)) = (squares(Between::Held), squares(Between::Linear));
+    Between::likelier(held, lines, rows)
+}
+
 /// Refuses a lag in seconds from times that count rows.
 pub(super) fn check_clock(trials: &[Trial]) -> Result<()> {
     match trials.iter().find(|t| counts_rows(t)) {
@@ -96,18 +119,19 @@ impl LagFit {
     ) -> Result<Self> {
         check_clock(trials)?;
         let records = form.records(trials)?;
-        let between = match form.form {
-            // A flight controller holds the commands of single motors, however often they change.
-            ThrustForm::LaggedMotors => Between::Held,
-            _ => between(&records),
-        };
         let longest_lag_s = settings.thrust.max_lag_s;
-        let problem = Problem::new(&records, form.shape(), between, longest_lag_s);
         let alone = Free {
             lag: true,
             dead_time: false,
             starts: form.shape().output == Output::Root && records.len() <= 12,
         };
+        let problem_of = |between| Problem::new(&records, form.shape(), between, longest_lag_s);
+        let between = match form.form {
+            // A flight controller holds the commands of single motors, however often they change.
+            ThrustForm::LaggedMotors => Between::Held,
+            _ => likelier(between(&records), alone, problem_of),
+        };
+        let problem = problem_of(between);
         let mut at = problem.solve(alone);
         let mut held_out = problem.held_out(&at, alone);
         let mut certainty = problem.certainty(&at, alone)?;

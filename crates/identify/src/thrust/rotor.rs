@@ -6,6 +6,7 @@ use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Shooting};
 use touchdown_model::card::Term;
 use touchdown_trial::Trial;
 
+use super::free_run::signal::Between;
 use super::plateau::median;
 use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
@@ -31,6 +32,8 @@ pub(super) struct RotorLag {
     dead_time_error_s: f64,
     steps: usize,
     rmse_share: f64,
+    /// How much shorter and longer the dead time may be, by the clock of the log (s).
+    clock_s: [f64; 2],
 }
 
 impl RotorLag {
@@ -40,10 +43,14 @@ impl RotorLag {
             groups: self.steps,
             coefficients: 2,
         };
-        let of = |of, value, error| term(of, "1", Estimate::clustered(value, error, clusters), "s");
+        let lag = Estimate::clustered(self.lag_s, self.lag_error_s, clusters);
+        let mut dead_time = Estimate::clustered(self.dead_time_s, self.dead_time_error_s, clusters);
+        let [sooner, later] = self.clock_s;
+        let [low, high] = dead_time.ci95;
+        dead_time.ci95 = [(low - sooner).max(0.0), high + later];
         [
-            of("T_m", self.lag_s, self.lag_error_s),
-            of("dead_time", self.dead_time_s, self.dead_time_error_s),
+            term("T_m", "1", lag, "s"),
+            term("dead_time", "1", dead_time, "s"),
         ]
     }
 
@@ -78,13 +85,7 @@ pub(super) fn fit(trials: &[Trial], settings: &IdentificationSettings) -> Result
             steps.len().to_string(),
         ));
     }
-    let model = OdeModel::new(
-        &[],
-        &["t"],
-        &["tau", "d"],
-        &[],
-        "1 - exp(-max(t - d, 0)/tau)",
-    )?;
+    let period_s = period_s(trials);
     let records: Vec<Record<'_>> = steps
         .iter()
         .enumerate()
@@ -102,14 +103,32 @@ pub(super) fn fit(trials: &[Trial], settings: &IdentificationSettings) -> Result
         Parameter::free(lag_s.clamp(SHORTEST_LAG_S, longest)).within(SHORTEST_LAG_S, longest),
         Parameter::free(dead_time_s).within(0.0, LONGEST_DEAD_TIME_S),
     ];
-    let refined = Shooting {
+    let shooting = Shooting {
         window: f64::INFINITY,
         every: 1,
         start_sd: 0.0,
         ..Shooting::default()
-    }
-    .refine(&model, &records, &parameters)?;
+    };
+    // A command that changes at a sample, or at any time of the period before it: the mean of the answers to all of these.
+    let at_sample = "1 - exp(-max(t - d, 0)/tau)".to_string();
+    let before = format!("max(t - d + {period_s}, 0)");
+    let within = format!(
+        "({before} - max(t - d, 0) + tau*(exp(-{before}/tau) - exp(-max(t - d, 0)/tau)))/{period_s}"
+    );
+    let fits = [at_sample, within].map(|answer| {
+        let model = OdeModel::new(&[], &["t"], &["tau", "d"], &[], &answer)?;
+        shooting.refine(&model, &records, &parameters)
+    });
+    let [held, spread] = fits;
+    let (held, spread) = (held?, spread?);
+    let rows = steps.iter().map(|s| s.time.len()).sum();
+    let between = Between::likelier(held.rmse.powi(2), spread.rmse.powi(2), rows);
+    let refined = match between {
+        Between::Linear => spread,
+        Between::Held => held,
+    };
     Ok(RotorLag {
+        clock_s: between.clock_s(period_s),
         lag_s: refined.parameters[0],
         lag_error_s: refined.std_errors[0],
         dead_time_s: refined.parameters[1],
@@ -117,6 +136,12 @@ pub(super) fn fit(trials: &[Trial], settings: &IdentificationSettings) -> Result
         steps: steps.len(),
         rmse_share: refined.rmse,
     })
+}
+
+/// Median time between rows (s).
+fn period_s(trials: &[Trial]) -> f64 {
+    let all = trials.iter().flat_map(|t| t.time_s().windows(2));
+    median(all.map(|w| w[1] - w[0])).unwrap_or(0.0)
 }
 
 /// Start values of lag and dead time: the median times after which a tenth, and 1 - 1/e, of the way is gone.

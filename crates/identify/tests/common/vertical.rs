@@ -2,7 +2,7 @@
 //!
 //! Nothing of the simulator is used. Thrust goes with a first-order rotor speed and its square; the ground effect is an
 //! exponential of height, or Cheeseman and Bennett's image, through one lag; air drag of the rotors is linear in climb rate; turbulence is an
-//! Ornstein–Uhlenbeck process. The autopilot flies by what it measures.
+//! Ornstein–Uhlenbeck process. The ground rests, or heaves as a sum of sines, as a deck does. The autopilot flies by what it measures.
 #![allow(dead_code, unreachable_pub)]
 
 #[path = "course.rs"]
@@ -75,6 +75,12 @@ pub struct Vehicle {
     pub filtered_height: bool,
     /// Whether the log has the rotor speed.
     pub rotor_speed: bool,
+    /// Whether the log has a climb rate: that of a filter of satellites and accelerometer, which is inertial.
+    pub filtered_climb: bool,
+    /// Speed of the ground's heave (m/s), standard deviation.
+    pub ground_mps: f64,
+    /// Middle of its periods (s).
+    pub ground_period_s: f64,
     /// Rate of the log (Hz).
     pub log_hz: f64,
     /// Standard deviation of a flight's constant error of height (rotor radii), of a uniform distribution.
@@ -100,6 +106,9 @@ impl Default for Vehicle {
             accelerometer: true,
             filtered_height: false,
             rotor_speed: false,
+            filtered_climb: false,
+            ground_mps: 0.0,
+            ground_period_s: 2.0,
             log_hz: 100.0,
             height_error_radii: 0.0,
         }
@@ -167,10 +176,7 @@ impl Vehicle {
             range_hz,
             accelerometer_noise_mps2: between(0.1, 0.3),
             accelerometer,
-            filtered_height: false,
-            rotor_speed: false,
-            log_hz: 100.0,
-            height_error_radii: 0.0,
+            ..Self::default()
         }
     }
 
@@ -316,8 +322,10 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
         integral: 0.0,
     };
     let keep = (-STEP_S / 0.4f64).exp();
+    let ground = Ground::draw(v, seed);
+    let mut velocity = Velocity::new(seed);
     let mut throttle = v.hover_throttle;
-    let (mut time, mut columns) = (Vec::new(), [const { Vec::new() }; 4]);
+    let (mut time, mut columns) = (Vec::new(), [const { Vec::new() }; 5]);
     let steps = (course.end_s() / STEP_S) as usize;
     let mut range = f64::NAN;
     for k in 0..steps {
@@ -346,14 +354,15 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
                 range
             });
             columns[3].push(HOVER_RPM * v.thrust(world.speed).sqrt());
+            columns[4].push(velocity.step(k, world.climb_mps, specific, 1.0 / v.log_hz));
             range = f64::NAN;
         }
         world.gust_mps2 = keep * world.gust_mps2
             + v.turbulence_mps2 * (1.0 - keep * keep).sqrt() * normal(&mut random);
-        world.step(v, throttle, force);
+        world.step(v, throttle, force, ground.speed_mps(t));
     }
     let mut trial = Trial::new(format!("flight-{seed}"), time).expect("increasing time");
-    let [throttle, specific, range, rotor_rpm] = columns;
+    let [throttle, specific, range, rotor_rpm, climb] = columns;
     trial.insert("throttle", throttle).expect("as long");
     if v.accelerometer {
         trial
@@ -363,6 +372,11 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
     trial.insert("height_m", range).expect("as long");
     if v.rotor_speed {
         trial.insert("rotor_rpm", rotor_rpm).expect("as long");
+    }
+    if v.filtered_climb {
+        trial
+            .insert("vehicle_velocity_mps", climb)
+            .expect("as long");
     }
     Some(trial)
 }
@@ -376,12 +390,65 @@ struct World {
 }
 
 impl World {
-    fn step(&mut self, v: &Vehicle, throttle: f64, force: f64) {
+    fn step(&mut self, v: &Vehicle, throttle: f64, force: f64, ground_mps: f64) {
         self.climb_mps += STEP_S * (force - 1.0) * GRAVITY_MPS2;
-        self.height_m += STEP_S * self.climb_mps;
+        self.height_m += STEP_S * (self.climb_mps - ground_mps);
         self.speed += (1.0 - (-STEP_S / v.motor_lag_s).exp()) * (throttle - self.speed);
         self.lift +=
             (1.0 - (-STEP_S / v.wake_lag_s).exp()) * (v.extra_lift(self.height_m) - self.lift);
+    }
+}
+
+/// Heave of the ground: three sines about a period, of a generator of its own.
+struct Ground {
+    /// Greatest speed (m/s), angular frequency (rad/s) and phase.
+    tones: [[f64; 3]; 3],
+}
+
+impl Ground {
+    fn draw(v: &Vehicle, seed: u64) -> Self {
+        let mut random = Pcg64::seed_from_u64(seed ^ 0x4752_4f55_4e44);
+        let amplitude = v.ground_mps * (2.0f64 / 3.0).sqrt();
+        Self {
+            tones: [0.75, 1.0, 1.3].map(|share| {
+                let period_s = share * v.ground_period_s * uniform(&mut random, 0.9, 1.1);
+                let rate = std::f64::consts::TAU / period_s;
+                [
+                    amplitude,
+                    rate,
+                    uniform(&mut random, 0.0, std::f64::consts::TAU),
+                ]
+            }),
+        }
+    }
+
+    fn speed_mps(&self, t: f64) -> f64 {
+        let of = |[amplitude, rate, phase]: [f64; 3]| amplitude * (rate * t + phase).sin();
+        self.tones.map(of).iter().sum()
+    }
+}
+
+/// A complementary filter of an accelerometer and satellites' velocity, 0.05 m/s of noise at 10 Hz.
+struct Velocity {
+    climb_mps: f64,
+    random: Pcg64,
+}
+
+impl Velocity {
+    fn new(seed: u64) -> Self {
+        Self {
+            climb_mps: 0.0,
+            random: Pcg64::seed_from_u64(seed ^ 0x5645_4c4f_4349),
+        }
+    }
+
+    fn step(&mut self, k: usize, true_mps: f64, specific: f64, dt: f64) -> f64 {
+        self.climb_mps += dt * (specific - GRAVITY_MPS2);
+        if k.is_multiple_of(100) {
+            let seen = true_mps + 0.05 * normal(&mut self.random);
+            self.climb_mps += 0.1 * (seen - self.climb_mps);
+        }
+        self.climb_mps
     }
 }
 

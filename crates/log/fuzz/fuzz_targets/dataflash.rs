@@ -2,5 +2,6 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use touchdown_log_fuzz::{any_log, log_of};
 
-fuzz_target!(|bytes: &[u8]| touchdown_log_fuzz::any_log(&[0xa3, 0x95, 128], bytes));
+fuzz_target!(|bytes: &[u8]| any_log(&log_of(&[0xa3, 0x95, 128], bytes)));

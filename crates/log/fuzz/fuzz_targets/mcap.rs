@@ -2,5 +2,6 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use touchdown_log_fuzz::{any_log, log_of};
 
-fuzz_target!(|bytes: &[u8]| touchdown_log_fuzz::any_log(b"\x89MCAP0\r\n", bytes));
+fuzz_target!(|bytes: &[u8]| any_log(&log_of(b"\x89MCAP0\r\n", bytes)));

@@ -2,5 +2,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use touchdown_log_fuzz::{any_log, log_of};
 
-fuzz_target!(|bytes: &[u8]| touchdown_log_fuzz::any_log(&[0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35, 0x01], bytes));
+fuzz_target!(|bytes: &[u8]| any_log(&log_of(
+    &[0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35, 0x01],
+    bytes
+)));

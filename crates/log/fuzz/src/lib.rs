@@ -2,20 +2,21 @@
 
 use touchdown_log::{Log, LogFormat, Map, Survey};
 
-/// Reads bytes as a log that starts with `magic`, in every way that there is. A whole log has it already, so that real files can be
-/// where the search begins.
-pub fn any_log(magic: &[u8], bytes: &[u8]) {
-    let bytes = if bytes.starts_with(magic) {
-        bytes.to_vec()
-    } else {
-        [magic, bytes].concat()
-    };
-    let length = bytes.len();
-    let log = Log::from_bytes("fuzz", bytes).expect("the start of a log");
+/// Bytes as a log that starts with `magic`. A whole log has it already, so that a search may begin with real files.
+pub fn log_of(magic: &[u8], bytes: &[u8]) -> Vec<u8> {
+    if bytes.starts_with(magic) {
+        return bytes.to_vec();
+    }
+    [magic, bytes].concat()
+}
+
+/// Reads bytes that start like a log, in every way that there is.
+pub fn any_log(bytes: &[u8]) {
+    let log = Log::from_bytes("fuzz", bytes.to_vec()).expect("the start of a log");
     let Ok((survey, findings)) = log.survey() else {
         return;
     };
-    counts_add_up(&survey, length);
+    counts_add_up(&survey, bytes.len());
     let _ = survey.lacks();
     let text = survey.suggested_map();
     let suggested = Map::parse("suggested.toml", &text).expect("a suggested map is a map");

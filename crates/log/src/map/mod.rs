@@ -74,7 +74,7 @@ use touchdown_trial::TIME_CHANNEL;
 /// battery_v = ['battery_status.voltage_v', 'battery_status.voltage_filtered_v']
 ///
 /// [topics."battery_status"]        # optional, for each topic
-/// join = "hold"                    # the latest value; "linear" is the default
+/// join = "hold"                    # the latest value; "once": each value in one row only; "linear" is the default
 /// valid = 'battery_status.connected != 0'   # messages count where it is not 0 (nor NaN);
 ///                                  # over the topic's own fields, parameters and definitions
 /// offset_s = -0.02                 # added to its stamps
@@ -146,12 +146,17 @@ pub(crate) enum Join {
     Linear,
     /// The latest value is held.
     Hold,
+    /// A value stands in the first row from its stamp on, and in no other.
+    Once,
 }
 
 impl Join {
     /// The names in a map.
-    pub(crate) const NAMES: [(&'static str, Self); 2] =
-        [("linear", Self::Linear), ("hold", Self::Hold)];
+    pub(crate) const NAMES: [(&'static str, Self); 3] = [
+        ("linear", Self::Linear),
+        ("hold", Self::Hold),
+        ("once", Self::Once),
+    ];
 }
 
 #[derive(Debug, Clone)]

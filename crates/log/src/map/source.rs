@@ -235,7 +235,7 @@ impl Source<'_> {
             None => Join::Linear,
             Some(text) => {
                 let known = Join::NAMES.iter().find(|(name, _)| name == text.get_ref());
-                self.check(text, &key("join"), known.is_some(), "linear or hold")?;
+                self.check(text, &key("join"), known.is_some(), "linear, hold or once")?;
                 known.map_or(Join::Linear, |&(_, join)| join)
             }
         };

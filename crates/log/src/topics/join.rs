@@ -80,11 +80,16 @@ impl Stamps {
             if t < self.latest_s {
                 self.next = time_s.partition_point(|&stamp| stamp <= t);
             }
+            let before = self.next;
             self.latest_s = t;
             while self.next < time_s.len() && time_s[self.next] <= t {
                 self.next += 1;
             }
             let place = match self.next.checked_sub(1) {
+                Some(i) if self.how == Join::Once => {
+                    let is_new = i >= before && t - time_s[i] <= self.limit_s;
+                    (if is_new { i } else { usize::MAX }, 0.0)
+                }
                 Some(i) if time_s[i] == t => (i, 0.0),
                 Some(i) if self.how == Join::Hold && t - time_s[i] <= self.limit_s => (i, 0.0),
                 Some(i) if self.how == Join::Linear && self.next < time_s.len() => {
@@ -155,6 +160,11 @@ mod tests {
         assert_eq!(
             joined(&known, &clock_s, Join::Hold, 1.0),
             "[NaN, 0.0, 0.0, 10.0, 10.0, NaN, 40.0, 40.0]"
+        );
+        // Each value in the first row from its stamp on; that of 30 is more than 0.5 s older than its row.
+        assert_eq!(
+            joined(&known, &[0.0, 0.5, 1.2, 1.4, 2.5, 30.6], Join::Once, 0.5),
+            "[0.0, NaN, 10.0, NaN, NaN, NaN]"
         );
         // A clock that goes back.
         assert_eq!(

@@ -138,7 +138,7 @@ impl<'a> Joined<'a> {
                 continue;
             }
             // Gaps are bridged like the time between messages. The last value of a command is held.
-            let (values, stamps) = if how == Join::Hold || values.is_finite() {
+            let (values, stamps) = if how != Join::Linear || values.is_finite() {
                 let stamps = *whole.get_or_insert_with(|| {
                     let time_s = Rc::clone(&time_s);
                     self.stamps.push(Stamps::new(time_s, how, limit_s));

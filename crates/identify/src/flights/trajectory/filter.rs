@@ -5,16 +5,19 @@ use std::ops::SubAssign as _;
 use nalgebra::{RowSVector, SMatrix, SVector};
 
 use super::Noise;
+use super::noise::Oscillation;
 use crate::flights::fit::SegmentOffsets;
 use crate::flights::model::{ModelValues, Segment, WakeState};
 use crate::flights::normal::HUBER;
 
-/// Height (m), climb rate (m/s), turbulence (g), accelerometer's error (g), thrust scale, height error (R), error of the lagged
-/// ground effect.
-const STATES: usize = 7;
-type State = SVector<f64, STATES>;
-type RowState = RowSVector<f64, STATES>;
-type Covariance = SMatrix<f64, STATES, STATES>;
+/// Height above the ground (m), climb rate (m/s), turbulence (g), accelerometer's error (g), thrust scale, height error (R), error
+/// of the lagged ground effect.
+const AT_REST: usize = 7;
+/// The same, the ground's climb rate (m/s) and acceleration (m/s²), and how late the range is (s).
+const MOVING: usize = 10;
+type State<const N: usize> = SVector<f64, N>;
+type RowState<const N: usize> = RowSVector<f64, N>;
+type Covariance<const N: usize> = SMatrix<f64, N, N>;
 
 /// Rows that do not count for longer than this start the motion anew (s).
 /// Vibration drops single rows; a touch of the ground takes longer.
@@ -23,6 +26,8 @@ const LONGEST_HOLE_S: f64 = 0.1;
 const SCALE_SD: f64 = 0.3;
 /// What is known of an accelerometer's error beforehand, standard deviation (gravities): a calibrated one errs by 0.2 m/s².
 const ERROR_SD: f64 = 0.02;
+/// How late a range is beforehand, standard deviation (s): range finders and their links take 0.01 to 0.04 s.
+const LATE_SD_S: f64 = 0.02;
 /// Climb rate where a motion starts, standard deviation (m/s).
 const START_MPS: f64 = 1.0;
 /// Height where a motion starts, standard deviation beside three times that of the range (m).
@@ -81,7 +86,19 @@ pub(super) fn pass(
     noise: Noise,
     settings: Settings,
 ) -> Pass {
-    let mut run = Run {
+    match noise.ground {
+        None => pass_of::<AT_REST>(piece, values, noise, settings),
+        Some(_) => pass_of::<MOVING>(piece, values, noise, settings),
+    }
+}
+
+fn pass_of<const N: usize>(
+    piece: &Segment,
+    values: &ModelValues,
+    noise: Noise,
+    settings: Settings,
+) -> Pass {
+    let mut run: Run<'_, N> = Run {
         piece,
         values,
         noise,
@@ -117,14 +134,14 @@ pub(super) fn pass(
 }
 
 /// One run on its way through the filter.
-struct Run<'a> {
+struct Run<'a, const N: usize> {
     piece: &'a Segment,
     values: &'a ModelValues,
     noise: Noise,
     settings: Settings,
     /// √T relative to hover and drift, row by row.
     drive: Vec<[f64; 2]>,
-    filter: Filter,
+    filter: Filter<N>,
     wake: WakeState,
 }
 
@@ -135,7 +152,7 @@ struct Modelled {
     by_lift: f64,
 }
 
-impl Run<'_> {
+impl<const N: usize> Run<'_, N> {
     /// Height above the ground in R.
     fn height(&self) -> f64 {
         self.filter.mean[0] / self.settings.radius_m + self.filter.mean[5]
@@ -165,7 +182,7 @@ impl Run<'_> {
         // The wake goes first: the force over the step is that of its middle. That of its start would be half a step late, and a
         // lag of the wake short by as much.
         let before = self.wake.lift(self.values);
-        let ahead = self.height() + dt * self.filter.mean[1] / self.settings.radius_m;
+        let ahead = self.height() + dt * self.filter.closing_mps() / self.settings.radius_m;
         let lag_s = self.values.lag_s(self.height(), x);
         let bend = self.bend();
         self.wake.step(self.values, ahead, dt, self.drive[i][0]);
@@ -201,11 +218,20 @@ impl Run<'_> {
         let measured = |all: &[f64]| all.get(i).copied().filter(|v| v.is_finite());
         let time_s = self.piece.time_s[i];
         if let Some(range_m) = measured(&self.piece.range_m) {
-            let miss = range_m - self.filter.mean[0];
+            let late_s = self.filter.mean.get(9).copied().unwrap_or(0.0);
+            let closing = self.filter.closing_mps();
+            let miss = range_m - (self.filter.mean[0] - late_s * closing);
             let seen = Seen::of(Sensor::Range, time_s, miss, self.noise.range_m);
-            self.filter.update_by_state(&seen, 0);
+            if self.noise.ground.is_some() {
+                let mut along = unit(0);
+                (along[1], along[7], along[9]) = (-late_s, late_s, -closing);
+                self.filter.update_along(&seen, &along);
+            } else {
+                self.filter.update_by_state(&seen, 0);
+            }
         }
-        if let Some(climb) = measured(&self.piece.climb_measured_mps) {
+        let counts = self.noise.climb_mps.is_finite();
+        if let Some(climb) = measured(&self.piece.climb_measured_mps).filter(|_| counts) {
             let miss = climb - self.filter.mean[1];
             let seen = Seen::of(Sensor::ClimbRate, time_s, miss, self.noise.climb_mps);
             self.filter.update_by_state(&seen, 1);
@@ -229,7 +255,7 @@ impl Run<'_> {
                 s[4] * m.by_lift,
             ];
             let seen = Seen::of(Sensor::Accelerometer, time_s, miss, self.noise.force);
-            self.filter.update_along(&seen, &State::from(along));
+            self.filter.update_along(&seen, &padded(along));
         }
     }
 
@@ -244,10 +270,15 @@ impl Run<'_> {
     }
 }
 
-fn unit(k: usize) -> State {
+fn unit<const N: usize>(k: usize) -> State<N> {
     let mut out = State::zeros();
     out[k] = 1.0;
     out
+}
+
+/// A vector of all states from that of a ground at rest.
+fn padded<const N: usize>(of: [f64; AT_REST]) -> State<N> {
+    State::from_fn(|k, _| of.get(k).copied().unwrap_or(0.0))
 }
 
 /// One step of the filter.
@@ -283,14 +314,14 @@ impl Seen {
 }
 
 /// A Kalman filter with its innovations.
-struct Filter {
-    mean: State,
-    covariance: Covariance,
+struct Filter<const N: usize> {
+    mean: State<N>,
+    covariance: Covariance<N>,
     innovations: Vec<Innovation>,
     cost: f64,
 }
 
-impl Filter {
+impl<const N: usize> Filter<N> {
     fn of(piece: &Segment) -> Self {
         let known = [
             0.0,
@@ -301,9 +332,13 @@ impl Filter {
             piece.bias_sd.powi(2),
             0.0,
         ];
+        let mut known: State<N> = padded(known);
+        if let Some(late) = known.get_mut(9) {
+            *late = LATE_SD_S * LATE_SD_S;
+        }
         Self {
             mean: unit(4),
-            covariance: Covariance::from_diagonal(&State::from(known)),
+            covariance: Covariance::from_diagonal(&known),
             innovations: Vec::with_capacity(2 * piece.rows.len()),
             cost: 0.0,
         }
@@ -312,16 +347,24 @@ impl Filter {
     /// A motion starts: height as measured, climb rate and turbulence unknown; scale and errors go on.
     fn start(&mut self, height_m: f64, noise: Noise) {
         let known = [
-            (height_m, 3.0 * noise.range_m + START_M),
-            (0.0, START_MPS),
-            (0.0, noise.gust),
+            (0, height_m, 3.0 * noise.range_m + START_M),
+            (1, 0.0, START_MPS),
+            (2, 0.0, noise.gust),
         ];
-        for (k, (mean, sd)) in known.into_iter().enumerate() {
+        let ground = noise
+            .ground
+            .map(|g| [(7, 0.0, g.speed_mps), (8, 0.0, g.speed_mps * g.frequency())]);
+        for (k, mean, sd) in known.into_iter().chain(ground.into_iter().flatten()) {
             self.mean[k] = mean;
             self.covariance.row_mut(k).fill(0.0);
             self.covariance.column_mut(k).fill(0.0);
             self.covariance[(k, k)] = sd * sd;
         }
+    }
+
+    /// Climb rate over the ground.
+    fn closing_mps(&self) -> f64 {
+        self.mean[1] - self.mean.get(7).copied().unwrap_or(0.0)
     }
 
     /// The ground effect is that at rest, as uncertain as the height makes it.
@@ -359,13 +402,37 @@ impl Filter {
         ];
         self.transform(&[(0, &height), (1, &climb), (2, &[(2, keep)]), (6, &lift)]);
         self.covariance[(2, 2)] += noise.gust.powi(2) * (1.0 - keep * keep);
+        if let Some(ground) = noise.ground {
+            self.move_ground(&ground.over(dt), dt);
+        }
+    }
+
+    /// The ground goes on by a step, and the height over it falls by the mean of its climb rates at both ends.
+    fn move_ground(&mut self, over: &Oscillation, dt: f64) {
+        let Oscillation { keep, gain } = over;
+        let [speed, acceleration] = [self.mean[7], self.mean[8]];
+        let [after, faster] = keep.map(|[a, b]| a * speed + b * acceleration);
+        self.mean[0] -= 0.5 * dt * (speed + after);
+        (self.mean[7], self.mean[8]) = (after, faster);
+        let [of_speed, of_acceleration] = keep.map(|[a, b]| [(7, a), (8, b)]);
+        let height = [
+            (0, 1.0),
+            (7, -0.5 * dt * (1.0 + keep[0][0])),
+            (8, -0.5 * dt * keep[0][1]),
+        ];
+        self.transform(&[(0, &height), (7, &of_speed), (8, &of_acceleration)]);
+        for (i, row) in gain.iter().enumerate() {
+            for (j, more) in row.iter().enumerate() {
+                self.covariance[(7 + i, 7 + j)] += more;
+            }
+        }
     }
 
     /// The covariance of states of which some become sums of others, with these factors.
     fn transform(&mut self, sums: &[(usize, &[(usize, f64)])]) {
         let before = self.covariance;
         for (k, sum) in sums {
-            let mut column = State::zeros();
+            let mut column = State::<N>::zeros();
             for (j, by) in *sum {
                 column.axpy(*by, &before.column(*j), 1.0);
             }
@@ -373,7 +440,7 @@ impl Filter {
         }
         let across = self.covariance;
         for (k, sum) in sums {
-            let mut row = RowState::zeros();
+            let mut row = RowState::<N>::zeros();
             for (j, by) in *sum {
                 row += across.row(*j) * *by;
             }
@@ -388,13 +455,13 @@ impl Filter {
     }
 
     /// Corrects by one measurement with slopes `along`.
-    fn update_along(&mut self, seen: &Seen, along: &State) {
+    fn update_along(&mut self, seen: &Seen, along: &State<N>) {
         let shared = self.covariance * along;
         self.update(seen, &shared, along.dot(&shared));
     }
 
     /// Corrects by one measurement, from its covariance with the states and its variance but for the sensor's.
-    fn update(&mut self, seen: &Seen, shared: &State, of_states: f64) {
+    fn update(&mut self, seen: &Seen, shared: &State<N>, of_states: f64) {
         let &Seen { miss, sd, .. } = seen;
         let variance = of_states + sd * sd;
         let e = miss / variance.sqrt();
@@ -422,7 +489,7 @@ impl Filter {
         let differ = |i: usize, j: usize| {
             (p[(i, j)] - p[(j, i)]).powi(2) > ASYMMETRIC.powi(2) * (p[(i, i)] * p[(j, j)]).abs()
         };
-        if (0..STATES).any(|i| (0..i).any(|j| differ(i, j))) {
+        if (0..N).any(|i| (0..i).any(|j| differ(i, j))) {
             self.covariance = 0.5 * (p + p.transpose());
         }
     }

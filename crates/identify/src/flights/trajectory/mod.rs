@@ -24,7 +24,7 @@ mod whiteness;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-pub use noise::Noise;
+pub use noise::{GroundMotion, Noise};
 
 pub(super) use self::filter::Settings;
 
@@ -114,65 +114,37 @@ struct Equations {
 
 /// Fits model and noise along the trajectories, from a fit along measured heights; `None` where the flights have no likelihood
 /// there. Outcome `converged` of the fit tells whether the rounds came to an end.
-pub(super) fn track(
+pub(super) fn track(pieces: &[Segment], start: &Fit, settings: Settings) -> Option<Tracked> {
+    let problem = Problem::of(pieces, start, settings);
+    problem.track(start, Noise::first(start), true)
+}
+/// As [`track`], for what may keep that from being a likelihood: climb rates that a filter gives, whose errors go on from one to
+/// the next, and a ground that moves as a deck does. The first of these under which the innovations are white, if any.
+///
+/// Only with an accelerometer: without one, nothing tells the motion of the ground from that of the vehicle.
+pub(super) fn track_beside_others(
     pieces: &[Segment],
     start: &Fit,
-    noise: Option<Noise>,
     settings: Settings,
 ) -> Option<Tracked> {
-    let problem = Problem {
-        pieces,
-        shape: start.shape,
-        parameters: start.shape.parameters(),
-        settings,
+    let problem = Problem::of(pieces, start, settings);
+    let rest = Noise::first(start);
+    let measured = |p: &Segment| p.climb_measured_mps.iter().any(|v| v.is_finite());
+    let without_climb = pieces
+        .iter()
+        .any(measured)
+        .then(|| rest.without_climb_rate());
+    let above_moving = |noise: Noise| {
+        let cost = |noise: &Noise| problem.cost(&start.theta, *noise);
+        let all = noise.above_moving_ground().into_iter();
+        all.min_by(|a, b| cost(a).total_cmp(&cost(b)))
     };
-    let anew = noise.is_none();
-    let noise = noise.unwrap_or_else(|| Noise::first(start));
-    let mut point = Point {
-        cost: problem.cost(&start.theta, noise),
-        theta: start.theta.clone(),
-        noise,
-    };
-    if !point.cost.is_finite() {
-        return None;
-    }
-    let (mut converged, mut steps) = (false, 0);
-    while !converged && steps < MOST_ROUNDS * MOST_STEPS {
-        let before = point.cost;
-        problem.likeliest_noise(&mut point, anew && steps == 0);
-        for _ in 0..MOST_STEPS {
-            steps += 1;
-            let from = point.cost;
-            problem.step(&mut point)?;
-            if from - point.cost < OF_STEP {
-                break;
-            }
-        }
-        converged = before - point.cost < OF_ROUND;
-        // What is far from white after a round does not become white.
-        let passes = problem.passes(&point.theta, point.noise);
-        if !Whiteness::of(&passes).may_become_white() {
-            return None;
-        }
-    }
-    let equations = problem.equations(&point);
-    let passes = problem.passes(&point.theta, point.noise);
-    Some(Tracked {
-        fit: Fit {
-            locals: passes.iter().map(|p| p.local).collect(),
-            colour: None,
-            steps,
-            converged,
-            held: equations.held,
-            reduced: equations.reduced,
-            theta: point.theta,
-            ..start.clone()
-        },
-        noise: point.noise,
-        cost: point.cost,
-        colour: Whiteness::of(&passes),
-        slopes: equations.slopes,
-    })
+    let moving = [Some(rest), without_climb].map(|noise| noise.and_then(above_moving));
+    [without_climb, moving[0], moving[1]]
+        .into_iter()
+        .flatten()
+        .filter_map(|noise| problem.track(start, noise, true))
+        .find(Tracked::is_trusted)
 }
 
 /// As [`track`], for another shape, from what was found for one.
@@ -191,10 +163,68 @@ pub(super) fn track_shape(
         theta: theta.collect(),
         ..start
     };
-    track(pieces, &start, Some(from.noise), settings)
+    Problem::of(pieces, &start, settings).track(&start, from.noise, false)
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    fn of(pieces: &'a [Segment], start: &Fit, settings: Settings) -> Self {
+        Self {
+            pieces,
+            shape: start.shape,
+            parameters: start.shape.parameters(),
+            settings,
+        }
+    }
+
+    /// Fits model and noise in turn, from a model and a noise; from a noise found anew by long steps.
+    fn track(&self, start: &Fit, noise: Noise, anew: bool) -> Option<Tracked> {
+        let mut point = Point {
+            cost: self.cost(&start.theta, noise),
+            theta: start.theta.clone(),
+            noise,
+        };
+        if !point.cost.is_finite() {
+            return None;
+        }
+        let (mut converged, mut steps) = (false, 0);
+        while !converged && steps < MOST_ROUNDS * MOST_STEPS {
+            let before = point.cost;
+            self.likeliest_noise(&mut point, anew && steps == 0);
+            for _ in 0..MOST_STEPS {
+                steps += 1;
+                let from = point.cost;
+                self.step(&mut point)?;
+                if from - point.cost < OF_STEP {
+                    break;
+                }
+            }
+            converged = before - point.cost < OF_ROUND;
+            // What is far from white after a round does not become white.
+            let passes = self.passes(&point.theta, point.noise);
+            if !Whiteness::of(&passes).may_become_white() {
+                return None;
+            }
+        }
+        let equations = self.equations(&point);
+        let passes = self.passes(&point.theta, point.noise);
+        Some(Tracked {
+            fit: Fit {
+                locals: passes.iter().map(|p| p.local).collect(),
+                colour: None,
+                steps,
+                converged,
+                held: equations.held,
+                reduced: equations.reduced,
+                theta: point.theta,
+                ..start.clone()
+            },
+            noise: point.noise,
+            cost: point.cost,
+            colour: Whiteness::of(&passes),
+            slopes: equations.slopes,
+        })
+    }
+
     fn passes(&self, theta: &[f64], noise: Noise) -> Vec<Pass> {
         let values = ModelValues::of(&self.shape, theta);
         self.pieces

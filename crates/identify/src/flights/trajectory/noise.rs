@@ -11,23 +11,48 @@ pub struct Noise {
     pub force: f64,
     /// Range, per sample (m).
     pub range_m: f64,
-    /// Climb rate, per sample (m/s).
+    /// Climb rate, per sample (m/s); infinite where that is a filter's and counts for nothing.
     pub climb_mps: f64,
     /// Turbulence (gravities).
     pub gust: f64,
     /// Its correlation time (s).
     pub gust_s: f64,
+    /// Motion of the ground; absent where it rests.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground: Option<GroundMotion>,
 }
 
+/// Heave of the ground below a range finder, as that of a deck: white noise through an oscillator of one frequency.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GroundMotion {
+    /// Its speed, standard deviation (m/s).
+    pub speed_mps: f64,
+    /// Its period (s).
+    pub period_s: f64,
+    /// Its damping over the critical one: how wide its spectrum is.
+    pub damping: f64,
+}
+
+/// Numbers of the noise of sensors and air, and of that with a moving ground.
+const AT_REST: usize = 5;
+const ALL: usize = 8;
+
 /// Least and greatest of each noise, in the order of [`Noise`].
-/// From below the last digit of any sensor to the size of the motion itself.
-const BOUNDS: [[f64; 2]; 5] = [
+/// From below the last digit of any sensor to the size of the motion itself; decks from a sine to a sea of all periods.
+const BOUNDS: [[f64; 2]; ALL] = [
     [1e-4, 1.0],
     [1e-5, 0.3],
     [1e-4, 2.0],
     [1e-4, 0.5],
     [0.03, 3.0],
+    [1e-3, 5.0],
+    [0.3, 30.0],
+    [0.01, 1.0],
 ];
+/// Heaves from which the search starts: decks have 0.1 m/s or so, periods of 1 to 12 s, spectra of half an octave.
+const GROUND_MPS: f64 = 0.1;
+const GROUND_S: [f64; 4] = [1.5, 3.0, 6.0, 12.0];
+const GROUND_DAMPING: f64 = 0.3;
 /// Steps of the search in logarithms, first and last: a noise known to 3 % moves no number by a tenth of its standard error.
 /// Later rounds start from a quarter, for the model has hardly moved.
 const FIRST: f64 = 0.4;
@@ -35,6 +60,45 @@ const LATER: f64 = 0.1;
 const LAST: f64 = 0.03;
 /// Decrease of minus twice the log-likelihood below which the steps are halved.
 const LITTLE: f64 = 0.5;
+
+/// An oscillator over one step: what its speed and its acceleration keep of one another, and the covariance that they gain.
+pub(super) struct Oscillation {
+    pub(super) keep: [[f64; 2]; 2],
+    pub(super) gain: [[f64; 2]; 2],
+}
+
+impl GroundMotion {
+    /// Angular frequency (rad/s).
+    pub(super) fn frequency(self) -> f64 {
+        std::f64::consts::TAU / self.period_s
+    }
+
+    /// Speed `w` and acceleration `a` over a step, exact: `w' = a`, `a' = -ω² w - 2 ζ ω a + noise`. In the mean of all times they are
+    /// independent, with standard deviations σ and ω σ; what a step takes from that, noise gives back.
+    pub(super) fn over(self, dt: f64) -> Oscillation {
+        let (w, damping) = (self.frequency(), self.damping);
+        let fading = (-damping * w * dt).exp();
+        let turning = w * (1.0 - damping * damping).max(0.0).sqrt();
+        let (sine, cosine) = (turning * dt).sin_cos();
+        // sin(x)/x of an oscillator that is critically damped is 1.
+        let share = if turning > 0.0 { sine / turning } else { dt };
+        let keep = [
+            [fading * (cosine + damping * w * share), fading * share],
+            [
+                -fading * w * w * share,
+                fading * (cosine - damping * w * share),
+            ],
+        ];
+        let steady = [self.speed_mps.powi(2), (w * self.speed_mps).powi(2)];
+        let gain = [0, 1].map(|i| {
+            [0, 1].map(|j| {
+                let of = |k: usize| keep[i][k] * steady[k] * keep[j][k];
+                f64::from(u8::from(i == j)) * steady[i] - of(0) - of(1)
+            })
+        });
+        Oscillation { keep, gain }
+    }
+}
 
 impl Noise {
     /// Where the search starts: usual range finders and calm air.
@@ -48,33 +112,79 @@ impl Noise {
                 .colour
                 .map_or(0.3, |c| c.time_s)
                 .clamp(BOUNDS[4][0], BOUNDS[4][1]),
+            ground: None,
         }
     }
 
-    fn values(self) -> [f64; 5] {
+    /// The same, where climb rates count for nothing.
+    pub(super) fn without_climb_rate(self) -> Self {
+        Self {
+            climb_mps: f64::INFINITY,
+            ..self
+        }
+    }
+
+    /// The same above a ground that moves, for each period from which a search starts.
+    pub(super) fn above_moving_ground(self) -> [Self; GROUND_S.len()] {
+        GROUND_S.map(|period_s| Self {
+            ground: Some(GroundMotion {
+                speed_mps: GROUND_MPS,
+                period_s,
+                damping: GROUND_DAMPING,
+            }),
+            ..self
+        })
+    }
+
+    fn many(self) -> usize {
+        if self.ground.is_some() { ALL } else { AT_REST }
+    }
+
+    /// All values; those of a ground at rest are not used.
+    fn values(self) -> [f64; ALL] {
+        let ground = self
+            .ground
+            .map_or([0.0; 3], |g| [g.speed_mps, g.period_s, g.damping]);
         [
             self.force,
             self.range_m,
             self.climb_mps,
             self.gust,
             self.gust_s,
+            ground[0],
+            ground[1],
+            ground[2],
         ]
     }
 
-    fn of([force, range_m, climb_mps, gust, gust_s]: [f64; 5]) -> Self {
+    fn scaled(self, k: usize, by: f64) -> Self {
+        let mut values = self.values();
+        if values[k].is_infinite() {
+            return self;
+        }
+        values[k] = (values[k] * by).clamp(BOUNDS[k][0], BOUNDS[k][1]);
+        let [
+            force,
+            range_m,
+            climb_mps,
+            gust,
+            gust_s,
+            speed_mps,
+            period_s,
+            damping,
+        ] = values;
         Self {
             force,
             range_m,
             climb_mps,
             gust,
             gust_s,
+            ground: self.ground.map(|_| GroundMotion {
+                speed_mps,
+                period_s,
+                damping,
+            }),
         }
-    }
-
-    fn scaled(self, k: usize, by: f64) -> Self {
-        let mut values = self.values();
-        values[k] = (values[k] * by).clamp(BOUNDS[k][0], BOUNDS[k][1]);
-        Self::of(values)
     }
 
     /// The noise of least cost, one after the other by steps in its logarithm.
@@ -83,7 +193,7 @@ impl Noise {
         let mut step = if anew { FIRST } else { LATER };
         while step > LAST {
             let before = best;
-            for k in 0..BOUNDS.len() {
+            for k in 0..self.many() {
                 for by in [step.exp(), (-step).exp()] {
                     let tried = noise.scaled(k, by);
                     if tried == noise {

@@ -215,10 +215,8 @@ impl Problem<'_> {
         match high {
             None => Resolved::AtBound { value },
             Some(high) => {
-                // A clock that does not know when a command changed within a period errs alike at every change: half of the
-                // period is added, not averaged.
-                let clock = 0.5 * self.period_s;
-                let ends = [low.unwrap_or(0.0) - clock, high + clock];
+                let [sooner, later] = self.between.clock_s(self.period_s);
+                let ends = [low.unwrap_or(0.0) - sooner, high + later];
                 let mut estimate = widened(value, ends, 0.0, threshold);
                 estimate.ci95[0] = estimate.ci95[0].max(0.0);
                 Resolved::Within(estimate)

@@ -24,5 +24,5 @@ mod solve;
 pub(super) use interval::{Certainty, Resolved};
 pub(super) use judge::{FOLDS, HeldOut};
 pub(super) use record::{CommandRecord, filled, period_s};
-pub(super) use shape::{Output, Shape};
+pub(super) use shape::{Output, Shape, acting_voltage};
 pub(super) use solve::{Free, Problem, Solution};

@@ -2,6 +2,29 @@
 
 use super::record::CommandRecord;
 use super::signal::{Between, lagged};
+use crate::delayed::DelayedSignal;
+
+/// The battery's voltage when the command of a row acts, in the middle of that time where it is held: a dead time is that of the
+/// command line, and the voltage at the motors has none. A product of both that is delayed as a whole is therefore that of the
+/// command and a later voltage.
+pub(crate) fn acting_voltage(
+    time: &[f64],
+    volts: &[f64],
+    between: Between,
+    dead_time_s: f64,
+) -> Vec<f64> {
+    if volts.is_empty() {
+        return Vec::new();
+    }
+    let mut signal = DelayedSignal::new(time, volts);
+    let middle = |k: usize| match (between, time.get(k + 1)) {
+        (Between::Held, Some(next)) => 0.5 * (time[k] + next),
+        _ => time[k],
+    };
+    (0..time.len())
+        .map(|k| signal.at(middle(k) + dead_time_s))
+        .collect()
+}
 
 /// What the sum of columns is.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
@@ -49,8 +72,9 @@ impl Shape {
                     let power: Vec<f64> = s.iter().map(|s| s.powi(k as i32)).collect();
                     out.push(behind(&power));
                 }
-                if self.battery {
-                    let product: Vec<f64> = (0..n).map(|i| s[i] * volts(i)).collect();
+                if let Some(volts) = &record.battery {
+                    let acting = acting_voltage(&record.time, volts, between, dead_time_s);
+                    let product: Vec<f64> = s.iter().zip(acting).map(|(s, v)| s * v).collect();
                     out.push(behind(&product));
                 }
             }

@@ -9,6 +9,10 @@ const STILL: f64 = 0.5;
 /// Twice the value takes fine staircases for slopes.
 const JUMP: f64 = 0.05;
 
+/// Twice the logarithm of a ratio of likelihoods that is very strong evidence (Kass & Raftery, "Bayes Factors", 1995): odds of 150 to
+/// 1. Chance does not reach it where commands change at samples.
+const VERY_STRONG: f64 = 10.0;
+
 /// What a throttle is between its samples.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(crate) enum Between {
@@ -38,6 +42,28 @@ impl Between {
             Self::Held
         } else {
             Self::Linear
+        }
+    }
+}
+
+impl Between {
+    /// What a throttle that looks held is, by the squares of the errors of both over so many rows.
+    pub(in crate::thrust) fn likelier(held: f64, lines: f64, rows: usize) -> Self {
+        let evidence = rows as f64 * (held - lines) / held;
+        if evidence > VERY_STRONG {
+            Self::Linear
+        } else {
+            Self::Held
+        }
+    }
+
+    /// How much shorter and longer than found a dead time may be (s), because a log of this period does not know when in it a
+    /// command changed. That errs alike at every change, and is added, not averaged. What is logged as held may have changed at any
+    /// time since the sample before.
+    pub(in crate::thrust) fn clock_s(self, period_s: f64) -> [f64; 2] {
+        match self {
+            Self::Held => [0.5 * period_s, period_s],
+            Self::Linear => [0.5 * period_s; 2],
         }
     }
 }
