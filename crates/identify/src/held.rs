@@ -1,10 +1,5 @@
 //! Sensors that are slower than their log or their link: these repeat the last value until there is a new one.
 
-use touchdown_trial::Trial;
-
-use crate::error::Result;
-use crate::thrust::plateau::median;
-
 /// Changes that are looked at at least: fewer say nothing of a sensor's period.
 const FEWEST_CHANGES: usize = 20;
 /// Share of the intervals between changes that may be shorter than a sensor's period: jitter of two clocks gives a hundredth. Noise
@@ -13,27 +8,6 @@ const SHORTEST_SHARE: f64 = 0.05;
 
 /// Relative difference of values that are one: repeats may have been turned and turned back.
 const ALIKE: f64 = 1e-9;
-
-/// The trials, with each thrust where it was measured and gaps elsewhere; the median time between measurements (s) of the slowest
-/// sensor, if any repeats its values.
-pub(crate) fn measured_thrust(trials: &[Trial]) -> Result<(Vec<Trial>, Option<f64>)> {
-    let mut out = trials.to_vec();
-    let mut slowest: Option<f64> = None;
-    for trial in &mut out {
-        let Some(once) = trial.channel("thrust_n").and_then(once) else {
-            continue;
-        };
-        let known = |i: &usize| once[*i].is_finite();
-        let at: Vec<f64> = (0..once.len())
-            .filter(known)
-            .map(|i| trial.time_s()[i])
-            .collect();
-        let period_s = median(at.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);
-        slowest = Some(slowest.unwrap_or(0.0).max(period_s));
-        trial.insert("thrust_n", once)?;
-    }
-    Ok((out, slowest))
-}
 
 /// The values where they change, if those between are repeats of a slow sensor: nearly no two that follow one another differ.
 pub(crate) fn once(values: &[f64]) -> Option<Vec<f64>> {

@@ -9,6 +9,7 @@ use touchdown_model::flight::psi_definitions;
 use super::drift::DRIFT_S;
 use super::ground::{Basis, GroundEffect};
 use super::model::{Curve, LENGTHS, ModelTerms};
+use super::trajectory::Noise;
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, score};
 use crate::scores::Errors;
@@ -141,7 +142,7 @@ impl GroundEffect {
             Some(_) => "the likeliest; intervals contain what others differ by",
             None => "chosen by flights left out",
         };
-        method(&[
+        let mut all = method(&[
             (
                 "fit",
                 format!(
@@ -162,7 +163,9 @@ impl GroundEffect {
                     self.spread.drawn(),
                 ),
             ),
-        ])
+        ]);
+        all.extend(self.noise.into_iter().flat_map(Noise::in_words));
+        all
     }
 
     /// The card with its score and warnings.

@@ -9,6 +9,7 @@ mod measured_rotors;
 mod output_error;
 pub mod plateau;
 mod record;
+mod repeats;
 mod rotor;
 mod search;
 mod sign;
@@ -22,6 +23,7 @@ use choice::Candidate;
 use free_run::signal::{Between, lagged as lagged_signal, unfolded};
 use measured_rotors::MeasuredRotors;
 use output_error::{HELD, LagFit, LagForm};
+use repeats::measured_thrust;
 
 use std::ops::Range;
 
@@ -32,7 +34,6 @@ use touchdown_trial::Trial;
 use crate::delayed::delayed;
 use crate::error::{Error, Result};
 use crate::fitted::{FittedCard, Origin};
-use crate::held::measured_thrust;
 use crate::prediction::{Columns, Predictor};
 use crate::settings::{IdentificationSettings, ThrustForm};
 use crate::warning::{Warning, sentences};

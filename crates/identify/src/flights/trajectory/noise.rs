@@ -116,6 +116,22 @@ impl Noise {
         }
     }
 
+    /// What it says of the ground and of the logged climb rate, by key; nothing where the ground rests and climb rates count.
+    pub(in crate::flights) fn in_words(self) -> Vec<(String, String)> {
+        let ground = self.ground.map(|g| {
+            let words = format!(
+                "moves, as found with the model: {:.3} m/s (standard deviation of its speed), period {:.2} s",
+                g.speed_mps, g.period_s
+            );
+            ("ground".to_string(), words)
+        });
+        let climb = self.climb_mps.is_infinite().then(|| {
+            let words = "left out: its errors go on from one to the next, as those of a filter do";
+            ("climb rate".to_string(), words.to_string())
+        });
+        ground.into_iter().chain(climb).collect()
+    }
+
     /// The same, where climb rates count for nothing.
     pub(super) fn without_climb_rate(self) -> Self {
         Self {
