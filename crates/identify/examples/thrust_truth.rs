@@ -63,7 +63,7 @@ const fn case(
     }
 }
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 13] = [
     case(
         "steps, 50 Hz",
         Command::Steps,
@@ -103,6 +103,13 @@ const CASES: [Case; 12] = [
         "steps, 100 Hz, logger's clock",
         Command::FreeSteps,
         100.0,
+        WHITE,
+        ThrustForm::FirstOrder,
+    ),
+    case(
+        "steps, 50 Hz, logger's clock",
+        Command::FreeSteps,
+        50.0,
         WHITE,
         ThrustForm::FirstOrder,
     ),
