@@ -29,7 +29,7 @@ fn survey(name: &str, bytes: Vec<u8>) -> Result<(Survey, Findings), LogError> {
             path: name.to_owned(),
         });
     }
-    fuzz::any_log(&bytes);
+    fuzz::any_log(&[], &bytes);
     Log::from_bytes(name, bytes).unwrap().survey()
 }
 
