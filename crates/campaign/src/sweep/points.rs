@@ -149,8 +149,7 @@ impl Sweep {
         axes.check_size(settings.trials, &bad)?;
         let mut beside = FilesBeside::default();
         let mut deck = None;
-        let mut motion = None;
-        let mut motion_warnings = Vec::new();
+        let (mut motion, mut motion_warnings) = (None, Vec::new());
         if let Some(given) = &mut settings.series {
             if settings.scenario.deck != RigidMotion::default() || axes.set_the_deck() {
                 return Err(bad(
@@ -160,8 +159,7 @@ impl Sweep {
             }
             let measured = MeasuredDeck::read(given, folder)?;
             deck = Some(measured.deck);
-            motion = Some(measured.text);
-            motion_warnings = measured.warnings;
+            (motion, motion_warnings) = (Some(measured.text), measured.warnings);
             beside.series = Some(measured.bytes);
             given.file = SERIES.into();
         }
