@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use touchdown_sim::SimError;
 use touchdown_sim::deck::character::SeriesCharacter;
+use touchdown_sim::deck::faults::{SeriesFault, listed};
 use touchdown_sim::deck::rigid::RigidDeck;
 use touchdown_sim::deck::series::{MotionSeries, SeriesFormat};
+use touchdown_sim::deck::slow::LONGEST_PERIOD_S;
 use touchdown_sim::deck::spline::MotionSpline;
 
 use crate::error::{Error, Result};
@@ -19,10 +21,14 @@ pub struct SeriesSettings {
     pub file: PathBuf,
     /// Significant height that the heave is scaled to, m; without it, as measured.
     pub significant_height_m: Option<f64>,
-    /// Cutoff below which the motion is kept, Hz, or `"noise"` for the lowest that takes away no more than the noise;
-    /// without it, the motion runs through every row.
+    /// Cutoff below which the motion is kept, Hz; `"noise"`, the default, for the lowest that takes away no more than the
+    /// noise; `"off"` to run through every row.
+    #[serde(default)]
+    pub cutoff_hz: Cutoff,
+    /// Longest period of the heave that counts as waves, s; slower heave (tide, drift of the sensor) is left out. Without it,
+    /// [`LONGEST_PERIOD_S`].
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub cutoff_hz: Option<Cutoff>,
+    pub longest_period_s: Option<f64>,
     /// Greatest acceleration of the heave, m/s²; without it, that of gravity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub greatest_acceleration_mps2: Option<f64>,
@@ -36,16 +42,24 @@ pub struct SeriesSettings {
 pub enum Cutoff {
     /// A frequency, Hz.
     Hz(f64),
-    /// By the noise of the series.
-    OfNoise(NoiseWord),
+    /// A word.
+    Word(CutoffWord),
 }
 
-/// The word `"noise"`.
+impl Default for Cutoff {
+    fn default() -> Self {
+        Self::Word(CutoffWord::Noise)
+    }
+}
+
+/// What takes the place of a frequency.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum NoiseWord {
-    /// `"noise"`.
+pub enum CutoffWord {
+    /// By the noise of the series.
     Noise,
+    /// No smoothing.
+    Off,
 }
 
 /// Name of a measured motion in the folder of a campaign or run.
@@ -54,6 +68,13 @@ pub const SERIES: &str = "series.csv";
 /// Greatest acceleration of the heave by default, m/s²: that of gravity. A deck that falls faster leaves everything on
 /// it behind. Half of it refuses small boats in steep waves; twice of it passes the noise of most sensors.
 const GREATEST_MPS2: f64 = 9.806_65;
+/// Share of the greatest acceleration that motion faster than waves may have without a warning. Clean seas have up to a fifth.
+const FAST_SHARE: f64 = 1.0 / 3.0;
+/// What to do about faults.
+const REPAIR: &str = "Remove these rows, or use another part of the recording";
+/// Share of the significant height that smoothing may take beyond the noise without a warning. The cutoff that follows the
+/// noise takes up to a twentieth.
+const SMOOTHED_SHARE: f64 = 0.15;
 
 /// A measured motion of the deck, ready to be landed on.
 #[derive(Clone, Debug)]
@@ -64,12 +85,14 @@ pub struct MeasuredDeck {
     pub text: String,
     /// Mean period of the heave, s; absent with fewer than two.
     pub mean_period_s: Option<f64>,
+    /// What is wrong with it, or may be.
+    pub warnings: Vec<String>,
     /// The file.
     pub bytes: Vec<u8>,
 }
 
 impl MeasuredDeck {
-    /// Reads, smooths and scales a motion, in this order, and checks its acceleration.
+    /// Reads a motion, leaves out its slow heave, smooths and scales it, in this order, and checks its acceleration.
     ///
     /// # Errors
     /// A table that cannot be read, or a heave that is faster than allowed, with what to set.
@@ -81,53 +104,54 @@ impl MeasuredDeck {
             message,
         };
         let unfit = |e: SimError| bad(e.to_string());
+        let longest_s = settings.longest_period_s.unwrap_or(LONGEST_PERIOD_S);
+        if !(longest_s > 0.0) {
+            return Err(bad(format!(
+                "longest_period_s: expected a number above 0, or inf; found {longest_s}"
+            )));
+        }
         let measured = MotionSeries::read_csv(bytes.as_slice(), &settings.format).map_err(unfit)?;
-        let cutoff_hz = match settings.cutoff_hz {
-            None => None,
-            Some(Cutoff::Hz(hz)) if hz > 0.0 && hz.is_finite() => Some(hz),
-            Some(Cutoff::Hz(hz)) => {
-                let text = format!(
-                    "cutoff_hz: expected a finite number above 0, or \"noise\"; found {hz}"
-                );
-                return Err(bad(text));
-            }
-            Some(Cutoff::OfNoise(_)) => measured.cutoff_of_noise_hz(),
+        let (unsmoothed, slow_m) = measured.without_slow_heave(longest_s);
+        let cutoff_hz = cutoff_hz(settings.cutoff_hz, &unsmoothed).map_err(bad)?;
+        let waves = cutoff_hz.map_or_else(|| unsmoothed.clone(), |hz| unsmoothed.smoothed(hz));
+        let found = Findings {
+            faults: measured.faults(&waves),
+            cutoff_hz,
+            unsmoothed: &unsmoothed,
+            waves: &waves,
         };
-        let scaled = |motion: MotionSeries| match settings.significant_height_m {
-            Some(height) => motion.scaled_to(height).map_err(unfit),
-            None => Ok(motion),
-        };
-        let motion = match cutoff_hz {
-            Some(hz) => scaled(measured.smoothed(hz))?,
-            None => scaled(measured.clone())?,
+        let warnings = found.warnings(&at);
+        let motion = match settings.significant_height_m {
+            Some(height) => waves.clone().scaled_to(height).map_err(unfit)?,
+            None => waves.clone(),
         };
         // What was measured has the noise; smoothing leaves little of it to see.
-        let noise_sd_m = measured.character().noise_sd_m;
         let character = SeriesCharacter {
-            noise_sd_m,
+            noise_sd_m: measured.noise_sd_m(),
             ..motion.character()
         };
         let most = settings.greatest_acceleration_mps2.unwrap_or(GREATEST_MPS2);
-        let found = character.peak_acceleration_mps2;
-        if !(found <= most) {
-            let advice = match measured.cutoff_of_noise_hz() {
-                Some(hz) if cutoff_hz.is_none() => format!(
-                    "its noise is {noise_sd_m:.3} m: smooth it with cutoff_hz = {hz:.2} in [series], or \"noise\""
-                ),
-                _ => "lower cutoff_hz in [series]".to_owned(),
-            };
+        let peak = character.peak_acceleration_mps2;
+        if !(peak <= most) {
             return Err(bad(format!(
-                "expected a heave of at most {most} m/s², found {found:.2}; {advice}, or raise greatest_acceleration_mps2"
+                "expected a heave of at most {most} m/s², found {peak:.2}; {}, or raise greatest_acceleration_mps2",
+                found.advice()
             )));
         }
         let smoothed = cutoff_hz.map_or_else(
             || "not smoothed".to_owned(),
             |hz| format!("smoothed at {hz:.2} Hz; the noise is that of the recording"),
         );
+        let slow = slow_m.map_or_else(String::new, |range_m| {
+            format!(
+                "; heave slower than {longest_s} s, {range_m:.2} m from lowest to highest, left out"
+            )
+        });
         Ok(Self {
             deck: motion.deck(),
-            text: format!("measured deck: {character}; {smoothed}"),
+            text: format!("measured deck: {character}; {smoothed}{slow}"),
             mean_period_s: character.mean_period_s,
+            warnings,
             bytes,
         })
     }
@@ -139,5 +163,85 @@ impl MeasuredDeck {
             RigidDeck::Spline(spline) => Some(spline),
             _ => None,
         }
+    }
+}
+
+/// The frequency at which a motion is smoothed; absent if not at all.
+fn cutoff_hz(cutoff: Cutoff, measured: &MotionSeries) -> std::result::Result<Option<f64>, String> {
+    match cutoff {
+        Cutoff::Hz(hz) if hz > 0.0 && hz.is_finite() => Ok(Some(hz)),
+        Cutoff::Hz(hz) => Err(format!(
+            "cutoff_hz: expected a finite number above 0, \"noise\" or \"off\"; found {hz}"
+        )),
+        Cutoff::Word(CutoffWord::Noise) => Ok(measured.cutoff_of_noise_hz()),
+        Cutoff::Word(CutoffWord::Off) => Ok(None),
+    }
+}
+
+/// A measured motion and what smoothing leaves of it.
+struct Findings<'a> {
+    faults: Vec<SeriesFault>,
+    cutoff_hz: Option<f64>,
+    unsmoothed: &'a MotionSeries,
+    waves: &'a MotionSeries,
+}
+
+impl Findings<'_> {
+    /// What to do about an acceleration that no deck has.
+    fn advice(&self) -> String {
+        if !self.faults.is_empty() {
+            return format!("the heave has faults: {}. {REPAIR}", listed(&self.faults));
+        }
+        let noise_sd_m = self.unsmoothed.noise_sd_m();
+        match (self.cutoff_hz, self.unsmoothed.cutoff_of_noise_hz()) {
+            (None, Some(hz)) => format!(
+                "its noise is {noise_sd_m:.3} m: smooth it with cutoff_hz = {hz:.2} in [series], or \"noise\""
+            ),
+            (Some(hz), _) => match self.waves.fast_motion() {
+                Some(fast) if fast.above_hz < hz => format!(
+                    "lower cutoff_hz in [series] from {hz:.2} to {:.2}, five times the mean frequency",
+                    fast.above_hz
+                ),
+                _ => format!("lower cutoff_hz in [series], now {hz:.2}"),
+            },
+            (None, None) => "set cutoff_hz in [series]".to_owned(),
+        }
+    }
+
+    /// What a user should look at before this motion is a deck.
+    fn warnings(&self, file: &Path) -> Vec<String> {
+        let file = file.display();
+        let mut warnings = Vec::new();
+        if !self.faults.is_empty() {
+            warnings.push(format!(
+                "{file}: the heave has faults: {}. Waves do not move so. {REPAIR}",
+                listed(&self.faults)
+            ));
+        }
+        let peak_mps2 = self.waves.peak_acceleration_mps2();
+        if let Some(fast) = self.waves.fast_motion()
+            && fast.peak_without_mps2 < (1.0 - FAST_SHARE) * peak_mps2
+        {
+            warnings.push(format!(
+                "{file}: without motion above {:.2} Hz, five times the mean frequency, the greatest acceleration is {:.2} m/s² in \
+                 place of {peak_mps2:.2} m/s². Is that motion noise? Set cutoff_hz = {:.2} in [series]",
+                fast.above_hz, fast.peak_without_mps2, fast.above_hz
+            ));
+        }
+        let noise_m = 4.0 * self.unsmoothed.noise_sd_m();
+        let measured_m = self.unsmoothed.significant_height_m();
+        let without_noise_m = (measured_m * measured_m - noise_m * noise_m)
+            .max(0.0)
+            .sqrt();
+        let left_m = self.waves.significant_height_m();
+        if left_m < (1.0 - SMOOTHED_SHARE) * without_noise_m
+            && let Some(hz) = self.cutoff_hz
+        {
+            warnings.push(format!(
+                "{file}: smoothing at {hz:.2} Hz leaves {left_m:.3} m of a significant height of {without_noise_m:.3} m. Raise \
+                 cutoff_hz in [series]"
+            ));
+        }
+        warnings
     }
 }

@@ -59,7 +59,7 @@ fn analytic_a_table_without_time() {
     assert_eq!(
         named.warnings,
         [
-            "\"pwm\" has a median step of 2, which suggests ms; rates assume seconds. In a map: time_s = '1e-3 * \"pwm\"'"
+            "\"pwm\" does not state its unit, and a median step of 2 may be s or ms; rates assume seconds. A map needs your answer"
         ]
     );
     assert_eq!(inspect(&table, Some("nothing")).warnings.len(), 2);

@@ -161,3 +161,53 @@ fn analytic_without_a_time_the_map_is_refused_until_the_period_is_said() {
     let (table, _) = parse_csv("t.csv", b"u,w\n1,2\n3,4\n5,6\n").unwrap();
     assert!(inspect(&table, None).suggested_map.unwrap().contains(NONE));
 }
+
+#[test]
+fn regress_a_unit_that_may_be_s_or_ms_is_asked_for() {
+    // A bench at 1 Hz, or an autopilot at 1 kHz: only the user knows.
+    for (name, step, guess) in [
+        ("time", "1", ""),
+        ("t", "0.5", ""),
+        (
+            "stamp",
+            "4",
+            "; a guess from its name and its increasing values",
+        ),
+    ] {
+        let each: f64 = step.parse().unwrap();
+        let (table, _) = {
+            let rows: String = (0..200)
+                .map(|i| format!("{},1\n", each * f64::from(i)))
+                .collect();
+            parse_csv("t.csv", format!("{name},x\n{rows}").as_bytes()).unwrap()
+        };
+        let seen = inspect(&table, None);
+        let text = seen.suggested_map.unwrap();
+        let asked = format!(
+            "# \"{name}\" does not state its unit, and its steps of {step} may be s or ms: remove the # of one line{guess}\n"
+        );
+        assert!(text.contains(&asked), "{text}");
+        assert!(
+            seen.warnings.iter().any(|w| w.contains("may be s or ms")),
+            "{:?}",
+            seen.warnings
+        );
+        // The map does not run until it is answered, and each answer runs.
+        assert!(Map::parse("suggested.toml", &text).is_err());
+        for (line, factor) in [
+            (format!("# time_s = '\"{name}\"'"), 1.0),
+            (format!("# time_s = '1e-3 * \"{name}\"'"), 1e-3),
+        ] {
+            let answered = text.replace(&line, line.trim_start_matches("# "));
+            let map = Map::parse("answered.toml", &answered).unwrap();
+            let period_s = apply(&table, &map).unwrap().0.period_s().unwrap();
+            // Rounding of stamps up to 800.
+            assert!(
+                (period_s / (factor * each) - 1.0).abs() < 1e-9,
+                "{answered}"
+            );
+        }
+    }
+    let (line, _) = time_line("time,x", |i| format!("{i},1"));
+    assert_eq!(line, "# time_s = '\"time\"'  # in s: 1 Hz for 199 s");
+}

@@ -90,7 +90,7 @@ fn analytic_a_table_with_our_time_gets_a_map_for_what_is_not_ours() {
 #[test]
 fn analytic_a_time_in_another_unit_is_told_with_the_line_of_a_map() {
     for (header, step, unit, line) in [
-        ("t,x", 4.0, "ms", r#"time_s = '1e-3 * "t"'"#),
+        ("t,x", 8.0, "ms", r#"time_s = '1e-3 * "t"'"#),
         (
             "timestamp,x",
             4000.0,
@@ -112,7 +112,7 @@ fn analytic_a_time_in_another_unit_is_told_with_the_line_of_a_map() {
         }
     }
     // What the name says is believed, and so are steps of less than a second.
-    for (header, step) in [("t_ms,x", 10.0), ("t,x", 0.5), ("time_s,x", 2.0)] {
+    for (header, step) in [("t_ms,x", 10.0), ("t,x", 0.2), ("time_s,x", 2.0)] {
         let (seen, _) = table(header, |i| format!("{},1", step * i));
         assert!(
             !seen.warnings.iter().any(|w| w.contains("as if")),
@@ -205,7 +205,8 @@ fn regress_names_of_vehicles_are_recognised_by_name_and_size() {
     ] {
         let (seen, _) = table(&format!("t,{name}"), |i| format!("{},{cell}", 0.01 * i));
         let text = seen.suggested_map.unwrap();
-        assert!(text.ends_with(&format!("# \"{name}\"\n")), "{text}");
+        let last = text.lines().last().unwrap();
+        assert!(last.starts_with(&format!("# \"{name}\"")), "{text}");
     }
     // Six outputs, two of which lead nowhere.
     let (_, trial) = table(
@@ -291,4 +292,107 @@ fn analytic_thrust_upside_down_in_grams_and_commanded() {
     });
     let found = line(&rotors, "rotor_rpm").unwrap();
     assert_eq!(found, "rotor_rpm = '(\"rpm1\" + \"rpm2\") / 2'");
+}
+
+#[test]
+fn regress_a_thrust_without_a_unit_is_suggested_beside_a_throttle() {
+    let lines = |header: &str, row: &dyn Fn(f64) -> String| {
+        let rows: String = (0..80).map(|k| row(f64::from(k)) + "\n").collect();
+        let text = format!("{header}\n{rows}");
+        (line(&text, "throttle"), line(&text, "thrust_n"))
+    };
+    let found = |throttle: &str, thrust: &str| {
+        (
+            Some(format!("throttle = {throttle}")),
+            Some(format!("thrust_n = {thrust}")),
+        )
+    };
+    assert_eq!(
+        lines("time_s,pwm,thrust", &|k| format!(
+            "{k},{},{}",
+            1000.0 + 10.0 * k,
+            0.1 * k
+        )),
+        found(
+            "'max(\"pwm\" - 1000, 0) / 1000'  # µs from 1000 to 2000 by its size",
+            "'\"thrust\"'  # in N by its size"
+        )
+    );
+    assert_eq!(
+        lines("time_s,motor_cmd,Fz", &|k| format!(
+            "{k},{},{}",
+            k / 80.0,
+            -0.1 * k
+        )),
+        found(
+            "'\"motor_cmd\"'",
+            "'-\"Fz\"'  # in N by its size, and turned to be up by its sign"
+        )
+    );
+    assert_eq!(
+        lines("t_s,u,F", &|k| format!("{k},{},{}", k / 80.0, 10.0 * k)),
+        found(
+            "'\"u\"'  # from 0 to 1 beside a force: is it the throttle?",
+            "'9.80665e-3 * \"F\"'  # in g by its size"
+        )
+    );
+    // Without a throttle it may be a command, and from 0 to 1 it is one rather than a force.
+    for (header, greatest) in [
+        ("t_s,az,thrust", 60_000.0),
+        ("t_s,az,thrust", 9.0),
+        ("t_s,esc,thrust", 0.9),
+    ] {
+        let (_, thrust) = lines(header, &|k| {
+            format!("{k},{},{}", k / 80.0, greatest * k / 80.0)
+        });
+        assert_eq!(thrust, None, "{header} {greatest}");
+    }
+}
+
+#[test]
+fn regress_a_thrust_that_is_not_suggested_has_the_reason() {
+    let map = |header: &str, greatest: f64| {
+        let rows: String = (0..80)
+            .map(|k| {
+                format!(
+                    "{},{},{}\n",
+                    0.01 * f64::from(k),
+                    f64::from(k) / 80.0,
+                    greatest * f64::from(k) / 79.0
+                )
+            })
+            .collect();
+        let (table, _) = parse_csv("t.csv", format!("{header}\n{rows}").as_bytes()).unwrap();
+        inspect(&table, None).suggested_map.unwrap()
+    };
+    for (header, greatest, why) in [
+        (
+            "t,roll,thrust",
+            9.0,
+            "# \"thrust\": a thrust or a command? No column beside it is a throttle. If it is a thrust in N: thrust_n = '\"thrust\"'\n",
+        ),
+        (
+            "t,throttle,thrust",
+            1.0,
+            "# \"thrust\": from 0 to 1, perhaps a command. If it is a thrust in N: thrust_n = '\"thrust\"'\n",
+        ),
+        (
+            "t,throttle,thrust",
+            65_535.0,
+            "# \"thrust\": too large for N or g, perhaps a command\n",
+        ),
+        (
+            "t,throttle,commanded thrust [N]",
+            9.0,
+            "# \"commanded thrust [N]\": commanded, not measured\n",
+        ),
+        (
+            "t,throttle,Thrust (lbf)",
+            9.0,
+            "# \"Thrust (lbf)\": a thrust in which unit? In N: thrust_n = '\"Thrust (lbf)\"'; in g: thrust_n = '9.80665e-3 * \"Thrust (lbf)\"'\n",
+        ),
+    ] {
+        let text = map(header, greatest);
+        assert!(text.contains(why), "{text}");
+    }
 }

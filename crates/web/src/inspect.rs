@@ -130,12 +130,16 @@ fn table_alone(columns: Inspection, findings: Findings) -> Inspected {
     }
 }
 
-/// A map of columns of which none is the time has to be told the time between two rows.
+/// A map without a time needs the time between two rows, or the choice between its lines in s and ms.
 fn lacks(map: &str) -> Option<&'static str> {
-    parse_map(map).is_err().then_some(
+    let lines = map.lines().filter(|line| line.starts_with("# time_s = "));
+    let text = if lines.count() > 1 {
+        "the time may be in s or ms. Of the lines that begin with `# time_s`, remove the # of the one that is true."
+    } else {
         "no column looks like the time. In the line that begins with `# time_s`, remove the # and put the seconds from one row to \
-         the next in the place of 0.01.",
-    )
+         the next in the place of 0.01."
+    };
+    parse_map(map).is_err().then_some(text)
 }
 
 /// What was lost is a warning as well.

@@ -38,6 +38,8 @@ pub struct Sweep {
     deck: Option<RigidDeck>,
     /// What the measured motion is, in a line.
     motion: Option<String>,
+    /// What may be wrong with it.
+    motion_warnings: Vec<String>,
     /// What of the vehicle follows from `[vehicle]` and the thrust card, in a line.
     vehicle: Option<String>,
     pub(super) beside: FilesBeside,
@@ -147,7 +149,7 @@ impl Sweep {
         axes.check_size(settings.trials, &bad)?;
         let mut beside = FilesBeside::default();
         let mut deck = None;
-        let mut motion = None;
+        let (mut motion, mut motion_warnings) = (None, Vec::new());
         if let Some(given) = &mut settings.series {
             if settings.scenario.deck != RigidMotion::default() || axes.set_the_deck() {
                 return Err(bad(
@@ -157,7 +159,7 @@ impl Sweep {
             }
             let measured = MeasuredDeck::read(given, folder)?;
             deck = Some(measured.deck);
-            motion = Some(measured.text);
+            (motion, motion_warnings) = (Some(measured.text), measured.warnings);
             beside.series = Some(measured.bytes);
             given.file = SERIES.into();
         }
@@ -182,6 +184,7 @@ impl Sweep {
             random,
             deck,
             motion,
+            motion_warnings,
             vehicle,
             beside,
             file,
@@ -217,6 +220,12 @@ impl Sweep {
     #[must_use]
     pub fn motion(&self) -> Option<&str> {
         self.motion.as_deref()
+    }
+
+    /// What may be wrong with the measured motion of the deck, a sentence each.
+    #[must_use]
+    pub fn motion_warnings(&self) -> &[String] {
+        &self.motion_warnings
     }
 
     /// What of the simulated vehicle follows from `[vehicle]` and the thrust card, in a line.

@@ -1,6 +1,6 @@
 use super::suggest;
 use super::tally::{Tally, TimeColumn, View};
-use super::time_column::{LONG_STEP_S, LikelyUnit, likely_unit, time_among, time_of};
+use super::time_column::{LONG_STEP_S, LikelyUnit, is_ambiguous, likely_unit, time_among, time_of};
 use crate::{Column, Table};
 use serde::Serialize;
 use touchdown_trial::{Source, TIME_CHANNEL, Trial, unit_of};
@@ -69,7 +69,13 @@ impl TimeBase {
     pub(crate) fn likely_unit(&self) -> Option<LikelyUnit> {
         let step = self.period_s? / self.unit_s;
         let is_likely = self.unit_stated && (self.unit_s != 1.0 || step <= LONG_STEP_S);
-        likely_unit(step, self.largest).filter(|_| !is_likely)
+        likely_unit(step, self.largest).filter(|_| !is_likely && !self.is_ambiguous())
+    }
+
+    /// Whether seconds and milliseconds are both likely: the column's name states no unit.
+    pub(crate) fn is_ambiguous(&self) -> bool {
+        let step = self.period_s.map(|period_s| period_s / self.unit_s);
+        !self.unit_stated && step.is_some_and(|step| is_ambiguous(step, self.largest))
     }
 }
 
@@ -236,6 +242,11 @@ fn warn_of_time(base: &TimeBase, warnings: &mut Vec<String>) {
             base.column,
             base.period_s.unwrap_or_default() / base.unit_s,
             suggest::scaled(&base.column, unit_s)
+        )),
+        None if base.is_ambiguous() => warnings.push(format!(
+            "{:?} does not state its unit, and a median step of {} may be s or ms; rates assume seconds. A map needs your answer",
+            base.column,
+            base.period_s.unwrap_or_default() / base.unit_s
         )),
         None if !base.unit_stated => warnings.push(format!(
             "{:?} does not state its unit; rates assume seconds",

@@ -9,6 +9,7 @@ mod recognise;
 mod sample;
 pub(crate) mod suggest;
 mod tally;
+mod thrust;
 mod time_column;
 
 pub use file::inspect_file;

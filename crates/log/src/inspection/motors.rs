@@ -6,7 +6,7 @@ use crate::ColumnSummary;
 use std::collections::HashMap;
 
 /// Names of motor commands. With a number at its end, a name means one motor.
-const MOTORS: [&str; 14] = [
+const MOTORS: [&str; 17] = [
     "throttle",
     "thr",
     "pwm",
@@ -19,6 +19,9 @@ const MOTORS: [&str; 14] = [
     "motorout",
     "gas",
     "cmd",
+    "motorcmd",
+    "motorcommand",
+    "esccmd",
     "thrustcmd",
     "actuatorthrust",
 ];

@@ -2,6 +2,7 @@
 
 use super::motors::{Groups, motors, rotors};
 use super::suggest::{base_and_unit, quoted};
+use super::thrust::beside_throttle;
 use crate::ColumnSummary;
 
 /// A guess: a channel and the columns that contain it.
@@ -28,7 +29,7 @@ const OURS: [&str; 8] = [
 ];
 
 /// Words for a thrust.
-const THRUST: [&str; 6] = [
+pub(crate) const THRUST: [&str; 6] = [
     "thrust",
     "force",
     "weight",
@@ -178,7 +179,7 @@ const COMMANDS: [&str; 13] = [
 const GRAMS: &str = "9.80665e-3 * ";
 /// Greatest thrust of a motor on a stand, N: those of drones that carry people have 1000, but theirs are no tables of
 /// unknown units. Half of it is within reach of large stands; twice of it is passed by 40 g in newtons.
-const MOST_N: f64 = 200.0;
+pub(crate) const MOST_N: f64 = 200.0;
 /// Times that thrust below zero exceeds thrust above it, if the sensor is mounted upside down. Noise about zero and
 /// the air behind a rotor give less than one.
 const UPSIDE_DOWN: f64 = 3.0;
@@ -209,6 +210,7 @@ pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
             found.push(guess);
         }
     }
+    beside_throttle(columns, &mut found);
     found
 }
 
@@ -244,7 +246,12 @@ fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
 
 /// A measured channel by a name with a unit. A thrust that is mostly below zero comes from a sensor that is mounted
 /// upside down, and one of hundreds of newtons is in grams.
-fn measured(at: usize, column: &ColumnSummary, channel: &'static str, factor: &str) -> Guess {
+pub(crate) fn measured(
+    at: usize,
+    column: &ColumnSummary,
+    channel: &'static str,
+    factor: &str,
+) -> Guess {
     let (min, max) = (column.min.unwrap_or(0.0), column.max.unwrap_or(0.0));
     let is_thrust = channel == "thrust_n";
     let is_down = is_thrust && -min > UPSIDE_DOWN * max.max(0.0) && min < 0.0;
@@ -275,7 +282,7 @@ fn without_statistic(name: &str) -> &str {
 }
 
 /// Whether a name denotes a commanded quantity. Only the throttle is a command.
-fn is_command(name: &str) -> bool {
+pub(crate) fn is_command(name: &str) -> bool {
     let words = name.split(|c: char| !c.is_alphanumeric());
     words
         .map(str::to_lowercase)

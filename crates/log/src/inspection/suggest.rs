@@ -1,6 +1,7 @@
 //! Guesses from column names. They only serve messages and suggested maps; no reader uses them.
 
 use super::recognise::{Guess, channels};
+use super::thrust::why_not;
 use crate::{ColumnSummary, TimeBase};
 use std::collections::BTreeSet;
 use touchdown_trial::TIME_CHANNEL;
@@ -58,25 +59,7 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
     }
     let mut text = String::from("schema = 1\n\n[channels]\n");
     match time {
-        Some(base) => {
-            let likely = base.likely_unit();
-            let unit_s = likely.map_or(base.unit_s, |likely| likely.unit_s);
-            let unit = likely.map(|likely| format!("in {} by its {}", likely.name, likely.by));
-            let check = match (base.guess, unit) {
-                (Some(guess), None) if !base.unit_stated => {
-                    Some(format!("{guess}; in s by its steps"))
-                }
-                (Some(guess), None) => Some(guess.to_owned()),
-                (Some(guess), Some(unit)) => Some(format!("{guess}; {unit}")),
-                (None, unit) => unit,
-            };
-            line(
-                &mut text,
-                TIME_CHANNEL,
-                &scaled(&base.column, unit_s),
-                check,
-            );
-        }
+        Some(base) => time_lines(&mut text, base),
         // A table of steady points has no time: its rows only need an order.
         None if is_bench_table(columns, &guesses) => line(
             &mut text,
@@ -107,10 +90,57 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
             (None, 0) => ", empty",
             _ => "",
         };
+        let why = why_not(column, &guesses).map_or_else(String::new, |why| format!(": {why}"));
         let name = quoted(&column.name).replace(['\n', '\r'], " ");
-        text.push_str(&format!("# {name}{what}\n"));
+        text.push_str(&format!("# {name}{what}{why}\n"));
     }
     Some(text)
+}
+
+/// The line of the time. Where its unit is not clear, there are two lines as comments, so that the map is invalid until the
+/// user has chosen one.
+fn time_lines(text: &mut String, base: &TimeBase) {
+    if let (true, Some(period_s)) = (base.is_ambiguous(), base.period_s) {
+        let step = period_s / base.unit_s;
+        let guess = base
+            .guess
+            .map_or_else(String::new, |guess| format!("; {guess}"));
+        let name = quoted(&base.column).replace(['\n', '\r'], " ");
+        text.push_str(&format!(
+            "# {name} does not state its unit, and its steps of {step} may be s or ms: remove the # of one line{guess}\n"
+        ));
+        for (unit, unit_s) in [("s", 1.0), ("ms", 1e-3)] {
+            // Three digits after the point are enough to recognise one's own log.
+            let short = |number: f64| (number * 1e3).round() / 1e3;
+            let (rate_hz, duration_s) = (
+                1.0 / (step * unit_s),
+                base.duration_s / base.unit_s * unit_s,
+            );
+            let check = format!(
+                "in {unit}: {} Hz for {} s",
+                short(rate_hz),
+                short(duration_s)
+            );
+            text.push_str("# ");
+            line(
+                text,
+                TIME_CHANNEL,
+                &scaled(&base.column, unit_s),
+                Some(check),
+            );
+        }
+        return;
+    }
+    let likely = base.likely_unit();
+    let unit_s = likely.map_or(base.unit_s, |likely| likely.unit_s);
+    let unit = likely.map(|likely| format!("in {} by its {}", likely.name, likely.by));
+    let check = match (base.guess, unit) {
+        (Some(guess), None) if !base.unit_stated => Some(format!("{guess}; in s by its steps")),
+        (Some(guess), None) => Some(guess.to_owned()),
+        (Some(guess), Some(unit)) => Some(format!("{guess}; {unit}")),
+        (None, unit) => unit,
+    };
+    line(text, TIME_CHANNEL, &scaled(&base.column, unit_s), check);
 }
 
 /// Whether a table has throttle and thrust in few rows.

@@ -359,3 +359,14 @@ pub(crate) fn likely_unit(step: f64, largest: f64) -> Option<LikelyUnit> {
     };
     (unit_s != 1.0).then_some(LikelyUnit { name, unit_s, by })
 }
+
+/// Median steps of a column of unknown unit that may be seconds as well as milliseconds: logs of 0.2 to 2.5 Hz, or of 200 Hz
+/// to 2.5 kHz. Benches are logged as slowly as autopilots are logged fast.
+const AMBIGUOUS: std::ops::Range<f64> = 0.4..5.0;
+
+/// Whether stamps of this size and median step may be seconds as well as milliseconds.
+pub(crate) fn is_ambiguous(step: f64, largest: f64) -> bool {
+    let by_steps = likely_unit(step, largest).is_none_or(|likely| likely.by == "steps");
+    // Seconds since 1970 are known by their size, too.
+    by_steps && largest < UNIX[0].0 && AMBIGUOUS.contains(&step)
+}

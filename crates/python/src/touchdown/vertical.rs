@@ -103,7 +103,8 @@ impl Order {
             scenario.check("the vehicle of the cards")?;
             vehicle = Some(followed.text);
         }
-        let warnings = vehicle::mismatches(&all, &scenario.scenario.plant);
+        let mut warnings = vehicle::mismatches(&all, &scenario.scenario.plant);
+        warnings.extend(measured.iter().flat_map(|deck| deck.warnings.clone()));
         let cards = Cards {
             vehicle: scenario.vehicle,
             thrust: self.thrust,

@@ -16,7 +16,7 @@ const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// into one peak; twice leaves few pieces of short records.
 const PIECE_PERIODS: f64 = 20.0;
 /// Highest frequency of the spectrum over that of the mean period: seas have less than a thousandth of their variance beyond.
-const HIGHEST_PER_MEAN: f64 = 5.0;
+pub(super) const HIGHEST_PER_MEAN: f64 = 5.0;
 /// Halvings of the interval in which a cutoff is searched: to a thousandth of it.
 const HALVINGS: usize = 10;
 
@@ -35,7 +35,10 @@ pub struct SeriesCharacter {
     pub mean_period_s: Option<f64>,
     /// Frequency at which the spectrum of the heave is greatest, Hz; absent with fewer than two crossings.
     pub peak_frequency_hz: Option<f64>,
-    /// Standard deviation of the noise, m: of white noise with the median fourth difference of the heave.
+    /// Frequencies below which a quarter and three quarters of the variance of the heave are, Hz; absent with fewer than two
+    /// crossings.
+    pub middle_half_hz: Option<[f64; 2]>,
+    /// Standard deviation of the noise, m: [`MotionSeries::noise_sd_m`].
     pub noise_sd_m: f64,
     /// Greatest speed of the spline through the rows, at the rows, m/s.
     pub peak_velocity_mps: f64,
@@ -56,6 +59,12 @@ impl fmt::Display for SeriesCharacter {
         if let Some(peak_hz) = self.peak_frequency_hz {
             write!(f, "spectral peak at {peak_hz:.3} Hz, ")?;
         }
+        if let Some([low_hz, high_hz]) = self.middle_half_hz {
+            write!(
+                f,
+                "half of the variance from {low_hz:.3} to {high_hz:.3} Hz, "
+            )?;
+        }
         write!(
             f,
             "noise {:.4} m, peaks {:.2} m/s and {:.2} m/s²",
@@ -68,6 +77,20 @@ impl fmt::Display for SeriesCharacter {
 fn peak_hz(spectrum: &[[f64; 2]]) -> Option<f64> {
     let greatest = spectrum.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
     greatest.map(|[frequency_hz, _]| *frequency_hz)
+}
+
+/// The frequencies below which a quarter and three quarters of the variance are.
+fn middle_half_hz(spectrum: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let whole: f64 = spectrum.iter().map(|[_, density]| density).sum();
+    let below = |share: f64| {
+        let mut sum = 0.0;
+        let reached = spectrum.iter().find(|[_, density]| {
+            sum += density;
+            sum >= share * whole
+        });
+        reached.map(|[frequency_hz, _]| *frequency_hz)
+    };
+    Some([below(0.25)?, below(0.75)?])
 }
 
 fn largest(values: &[f64]) -> f64 {
@@ -86,30 +109,69 @@ impl MotionSeries {
         let (times_s, heave) = (self.times_s(), self.coordinate(HEAVE));
         let second = natural_cubic(times_s, &heave);
         let rates = cubic_rates(times_s, &heave, &second);
+        let period_s = self.mean_period_s();
+        let spectrum = period_s.map(|period_s| self.spectrum(period_s));
+        SeriesCharacter {
+            duration_s: self.duration_s(),
+            rows: self.rows(),
+            step_s: self.step_s(),
+            significant_height_m: self.significant_height_m(),
+            mean_period_s: period_s,
+            peak_frequency_hz: spectrum.as_deref().and_then(peak_hz),
+            middle_half_hz: spectrum.as_deref().and_then(middle_half_hz),
+            noise_sd_m: self.noise_sd_m(),
+            peak_velocity_mps: largest(&rates),
+            peak_acceleration_mps2: largest(&second),
+        }
+    }
+
+    /// Median time between rows, s.
+    fn step_s(&self) -> f64 {
+        median(self.times_s().windows(2).map(|t| t[1] - t[0]).collect())
+    }
+
+    /// Mean time between upward crossings of the mean, s; absent with fewer than two.
+    #[must_use]
+    pub fn mean_period_s(&self) -> Option<f64> {
+        let (times_s, heave) = (self.times_s(), self.coordinate(HEAVE));
         let crossings: Vec<f64> = times_s
             .windows(2)
             .zip(heave.windows(2))
             .filter(|(_, z)| z[0] < 0.0 && z[1] >= 0.0)
             .map(|(t, z)| t[0] + (t[1] - t[0]) * z[0] / (z[0] - z[1]))
             .collect();
-        let ends = crossings.first().zip(crossings.last());
-        let period_s = ends.map(|(first, last)| (last - first) / (crossings.len() as f64 - 1.0));
-        let period_s = period_s.filter(|_| crossings.len() > 1);
+        let (first, last) = crossings.first().zip(crossings.last())?;
+        (crossings.len() > 1).then(|| (last - first) / (crossings.len() as f64 - 1.0))
+    }
+
+    /// Standard deviation of the noise, m: of white noise with the median fourth difference of the heave, or of rounding to
+    /// the smallest step, whichever is greater.
+    #[must_use]
+    pub fn noise_sd_m(&self) -> f64 {
         // The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; that of a motion that is
         // sampled ten times a period has a few percent of the motion.
+        let heave = self.coordinate(HEAVE);
         let fourth = heave.windows(5);
         let fourth = fourth.map(|z| (z[0] - 4.0 * z[1] + 6.0 * z[2] - 4.0 * z[3] + z[4]).abs());
-        SeriesCharacter {
-            duration_s: self.duration_s(),
-            rows: self.rows(),
-            step_s: median(times_s.windows(2).map(|t| t[1] - t[0]).collect()),
-            significant_height_m: self.significant_height_m(),
-            mean_period_s: period_s,
-            peak_frequency_hz: period_s.and_then(|period_s| peak_hz(&self.spectrum(period_s))),
-            noise_sd_m: median(fourth.collect()) / (MEDIAN_OF_NORMAL * 70_f64.sqrt()),
-            peak_velocity_mps: largest(&rates),
-            peak_acceleration_mps2: largest(&second),
-        }
+        let white_m = median(fourth.collect()) / (MEDIAN_OF_NORMAL * 70_f64.sqrt());
+        // Heights that repeat in most rows are rounded, and their median difference may be 0. Rounding errs evenly within
+        // one step.
+        let steps: Vec<f64> = heave.windows(2).map(|z| (z[1] - z[0]).abs()).collect();
+        let moving = steps.iter().filter(|step| **step > 0.0);
+        let is_rounded = 2 * moving.clone().count() < steps.len();
+        let step_m = moving.fold(f64::INFINITY, |least, step| step.min(least));
+        let rounding_m = if is_rounded && step_m.is_finite() {
+            step_m / 12_f64.sqrt()
+        } else {
+            0.0
+        };
+        white_m.max(rounding_m)
+    }
+
+    /// Greatest acceleration of the spline through the rows, m/s².
+    #[must_use]
+    pub fn peak_acceleration_mps2(&self) -> f64 {
+        largest(&natural_cubic(self.times_s(), &self.coordinate(HEAVE)))
     }
 
     /// Spectrum of the heave: frequency, Hz, and density, m²/Hz, up to five over the mean period, from windowed pieces of
@@ -191,9 +253,7 @@ impl MotionSeries {
     /// significant height loses up to 4 standard deviations of the noise. Absent where there is no noise.
     #[must_use]
     pub fn cutoff_of_noise_hz(&self) -> Option<f64> {
-        let SeriesCharacter {
-            noise_sd_m, step_s, ..
-        } = self.character();
+        let (noise_sd_m, step_s) = (self.noise_sd_m(), self.step_s());
         let residual_m = |cutoff_hz: f64| {
             let smooth = self.smoothed(cutoff_hz);
             let pairs = self.values().iter().zip(smooth.values());
@@ -282,6 +342,26 @@ mod tests {
         // What is taken away has the root mean square of the noise at most, 0.02 m of a swell of 0.354 m.
         assert!(
             (smooth.significant_height_m / (4.0 * 0.5 / 2_f64.sqrt()) - 1.0).abs() < 0.02 / 0.354
+        );
+    }
+
+    #[test]
+    fn regress_rounding_is_noise() {
+        // Steps of 10 cm: most rows repeat the one before, so the median difference is 0.
+        let mut values = swell(0.0).values().to_vec();
+        values
+            .iter_mut()
+            .for_each(|v| v[HEAVE] = (v[HEAVE] / 0.1).round() * 0.1);
+        let rounded = MotionSeries::of(swell(0.0).times_s().to_vec(), values);
+        let sd_m = 0.1 / 12_f64.sqrt();
+        assert!((rounded.noise_sd_m() / sd_m - 1.0).abs() < 1e-9);
+        let smooth = rounded.smoothed(rounded.cutoff_of_noise_hz().unwrap());
+        // The swell has 0.31 m/s², a spline through steps of 10 cm in 0.1 s has more than 10 m/s².
+        assert!(rounded.peak_acceleration_mps2() > 10.0);
+        assert!(
+            smooth.peak_acceleration_mps2() < 0.6,
+            "{}",
+            smooth.peak_acceleration_mps2()
         );
     }
 

@@ -8,10 +8,12 @@
 pub mod character;
 pub mod course;
 mod encounter;
+pub mod faults;
 pub mod harmonics;
 pub mod rigid;
 pub mod series;
 pub mod ship;
+pub mod slow;
 pub mod spline;
 pub mod wave;
 

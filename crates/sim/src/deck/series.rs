@@ -221,7 +221,6 @@ impl MotionSeries {
     }
 
     /// A series of rows that are known to be good.
-    #[cfg(test)]
     pub(super) fn of(times_s: Vec<f64>, values: Vec<[f64; 5]>) -> Self {
         Self { times_s, values }
     }
@@ -311,9 +310,14 @@ impl MotionSeries {
         self.window(share * (self.duration_s() - duration_s), duration_s)
     }
 
-    /// The deck with this motion: natural cubic splines through the rows.
+    /// The deck with this motion.
     #[must_use]
     pub fn deck(&self) -> RigidDeck {
+        RigidDeck::Spline(self.spline())
+    }
+
+    /// Natural cubic splines through the rows.
+    pub(super) fn spline(&self) -> MotionSpline {
         let mut knots = vec![DeckCoordinates::default(); self.rows()];
         for axis in 0..5 {
             let values: Vec<f64> = self.values.iter().map(|v| v[axis]).collect();
@@ -325,6 +329,6 @@ impl MotionSeries {
                 knot.acceleration[axis] = second[i];
             }
         }
-        RigidDeck::Spline(MotionSpline::new(&self.times_s, &knots))
+        MotionSpline::new(&self.times_s, &knots)
     }
 }

@@ -78,6 +78,9 @@ pub(crate) fn state(context: &Context, sweep: &Sweep) -> Result<()> {
     for text in [sweep.vehicle(), sweep.motion()].into_iter().flatten() {
         context.aside(text);
     }
+    for warning in sweep.motion_warnings() {
+        context.warn(warning);
+    }
     if let Some(text) = sweep.air()? {
         context.aside(&text);
     }

@@ -216,3 +216,27 @@ fn prop_an_interrupted_identification_says_what_is_missing() {
         assert_eq!(names.into_iter().find(temporary), None);
     }
 }
+
+#[test]
+fn regress_a_stand_whose_thrust_has_another_name_is_no_flight() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("stand.csv");
+    let rows: String = (0..200)
+        .map(|i| {
+            format!(
+                "{:.2},{:.3},{}\n",
+                0.01 * f64::from(i),
+                f64::from(i) / 200.0,
+                5 * i
+            )
+        })
+        .collect();
+    std::fs::write(&log, format!("time_s,throttle,Load cell [g]\n{rows}")).unwrap();
+    let error = fails(2, words(&["identify", "thrust"], &[&log]));
+    assert!(
+        error.contains("thrust_n = '9.80665e-3 * \"Load cell [g]\"': save it")
+            && error.contains("touchdown inspect"),
+        "{error}"
+    );
+    assert!(!error.contains("mass"), "{error}");
+}

@@ -36,12 +36,33 @@ pub(super) fn thrust_of_flight(
     map: Option<&Map>,
 ) -> Result<Log> {
     if is_flight(&log) {
-        log.trial = with_thrust(&log.trial, &settings.flight, map.and_then(Map::mass_kg))?;
+        let mass_kg = map.and_then(Map::mass_kg);
+        log.trial = match with_thrust(&log.trial, &settings.flight, mass_kg) {
+            Ok(trial) => trial,
+            Err(error) => return Err(other_name(&log, map).unwrap_or(error.into())),
+        };
         if let Some(note) = log.trial.provenance().notes.last() {
             log.findings.warnings.push(note.clone());
         }
     }
     Ok(log)
+}
+
+/// The refusal of a stand's table whose thrust has a name that is not ours: it is no flight, and needs a map.
+fn other_name(log: &Log, map: Option<&Map>) -> Option<Error> {
+    let (seen, _) = match map {
+        None => touchdown_log::inspect_file(&log.path).ok()?,
+        Some(_) => return None,
+    };
+    let suggested = seen.suggested_map?;
+    let mut lines = suggested.lines();
+    let line = lines.find(|line| line.starts_with("thrust_n = "))?;
+    let line = line.split("  #").next()?;
+    let path = log.path.display();
+    Some(Error::Arguments(format!(
+        "{path}: no column is `thrust_n`, but one looks like it. `touchdown inspect {path}` prints a map with {line}: save it, and \
+         pass it with --map"
+    )))
 }
 
 /// Hovers and armed intervals that are printed at most.

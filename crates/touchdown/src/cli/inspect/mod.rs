@@ -12,6 +12,7 @@ use touchdown_campaign::progress::Progress as _;
 use touchdown_log::{Findings, Inspection, Log, Map, Survey, Table};
 use touchdown_sim::deck::character::SeriesCharacter;
 use touchdown_sim::deck::series::MotionSeries;
+use touchdown_sim::deck::slow::LONGEST_PERIOD_S;
 use touchdown_trial::Trial;
 
 use super::args::InspectArgs;
@@ -337,12 +338,12 @@ fn text(seen: &InspectedLog) -> String {
     out
 }
 
-/// What a measured motion of the deck is, by `deck_height_m`.
+/// What a measured motion of the deck is, by `deck_height_m`, without slow heave.
 fn deck_motion(seen: &InspectedLog) -> Option<SeriesCharacter> {
     let (trial, _) = seen.mapped.as_ref()?;
     let heave_m = trial.channel("deck_height_m")?;
     let series = MotionSeries::of_heave(trial.time_s(), heave_m).ok()?;
-    Some(series.character())
+    Some(series.without_slow_heave(LONGEST_PERIOD_S).0.character())
 }
 
 /// The channels, or else the columns of a table.

@@ -45,6 +45,9 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let measured = measured_deck(&mut scenario)?;
     if let Some(measured) = &measured {
         context.aside(&measured.text);
+        for warning in &measured.warnings {
+            context.warn(warning);
+        }
     }
     let given = GivenCards::read(&scenario.cards)?;
     let followed = vehicle::follow(&scenario, given.thrust.as_ref(), given.dynamic.as_ref())?;
