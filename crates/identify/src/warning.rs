@@ -101,6 +101,8 @@ pub enum Warning {
     NotIdentified(Refusal),
     /// No noise of a sensor explains the errors of the heights, so the fit is along the heights as logged.
     HeightsOfFilter,
+    /// The ground moved below flights that do not show the wake's lag.
+    MovingGroundWithoutLag,
     /// Thrust at one throttle differs from one armed interval to the next.
     ThrustScatter {
         /// Standard deviation over mean.
@@ -268,6 +270,10 @@ impl fmt::Display for Warning {
                 "the errors of the heights are not those of a sensor, but of an estimate: the motor lag, the lag of the wake, the climb damping, \
                  the decay and the extra lift may lie outside their intervals. Log the range or the motion capture as the \
                  sensor gives it",
+            ),
+            Self::MovingGroundWithoutLag => f.write_str(
+                "the ground moved, and the lag of the wake is not known: a vehicle that only descends meets the extra lift late, which may then lie above its \
+                 interval, most of all beyond one rotor radius. Fly quick climbs and descents below two rotor radii",
             ),
             Self::ThrustScatter { share } => write!(
                 f,

@@ -77,6 +77,9 @@ impl GroundEffect {
         if self.basis == Basis::Accelerometer && self.noise.is_none() {
             warnings.push(Warning::HeightsOfFilter);
         }
+        if self.lag.is_none() && self.noise.is_some_and(|n| n.ground.is_some()) {
+            warnings.push(Warning::MovingGroundWithoutLag);
+        }
         card.description = self.basis.description().into();
         card.provenance.method = self.method();
         self.finish(card, settings, self.lag.map(|t| t.value), warnings)

@@ -49,7 +49,7 @@ pub(super) fn final_model(
 ) -> Option<Resolved> {
     let pieces = choice.pieces;
     let measured = choice.best.clone().settled(pieces);
-    let tracked = along_trajectories(choice, basis, units);
+    let tracked = along_trajectories(choice, basis, units, refused);
     if let Some(tracked) = tracked.filter(|t| t.is_preferred(basis))
         && let Some(found) = resolved(choice, tracked, (basis, units), settings, refused)
     {
@@ -76,6 +76,7 @@ fn along_trajectories(
     choice: &mut ModelSelection<'_>,
     basis: Basis,
     units: trajectory::Settings,
+    refused: &mut Vec<Refusal>,
 ) -> Option<Tracked> {
     let shape = match basis {
         // Forces from heights are too noisy to choose by.
@@ -102,6 +103,15 @@ fn along_trajectories(
     let tracked = tracked?;
     if basis == Basis::Poses && tracked.is_preferred(basis) {
         return Some(likeliest_motors(choice, tracked, units));
+    }
+    if tracked.noise.is_of_others() && tracked.fit.shape.near_damping {
+        // Chosen along heights over a ground that moves, or with climb rates of a filter. It takes the place of the wake's lag there.
+        refused.push(Refusal::ClimbConfoundedWithLag);
+        let shape = ModelTerms {
+            near_damping: false,
+            ..tracked.fit.shape
+        };
+        return track_shape(choice.pieces, shape, &tracked, units);
     }
     Some(tracked)
 }

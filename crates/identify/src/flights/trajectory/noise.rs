@@ -132,6 +132,11 @@ impl Noise {
         ground.into_iter().chain(climb).collect()
     }
 
+    /// Whether it is of a ground that moves, or of climb rates that count for nothing.
+    pub(in crate::flights) fn is_of_others(self) -> bool {
+        self.ground.is_some() || self.climb_mps.is_infinite()
+    }
+
     /// The same, where climb rates count for nothing.
     pub(super) fn without_climb_rate(self) -> Self {
         Self {
