@@ -34,7 +34,7 @@ for term in ground.terms:
     print(f"{term['expression']}  {term['value']:.2f} ± {term['std_error']:.2f}")
 
 # %% [markdown]
-# The first three numbers weigh three curves of height; then come the damping of a climb (s/m) and the lag of the wake (s). `T` is the thrust far from the ground and `f` the additional force.
+# The first three numbers weigh three curves of height; then come the damping of a climb (s/m) and the lag of the wake (s), where the logs show them. `T` is the thrust far from the ground and `f` the additional force.
 
 # %%
 from IPython.display import Latex
@@ -49,7 +49,7 @@ for text in ground.warnings:
     print("-", text.split(":")[0])
 
 # %% [markdown]
-# A landing passes each height once. So the logs tell only roughly how long the air takes to follow: the last number of the fit, in seconds.
+# A landing passes each height once. So these logs do not tell how long the air takes to follow, and the fit refuses that number.
 # [Fly so that the logs identify a model](../how-to/record.md) says which flights would show it.
 #
 # ## Is it true?
