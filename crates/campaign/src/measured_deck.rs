@@ -112,11 +112,12 @@ impl MeasuredDeck {
         }
         let measured = MotionSeries::read_csv(bytes.as_slice(), &settings.format).map_err(unfit)?;
         let (unsmoothed, slow_m) = measured.without_slow_heave(longest_s);
-        let cutoff_hz = cutoff_hz(settings.cutoff_hz, &unsmoothed).map_err(bad)?;
+        let cutoff_hz = cutoff_hz(settings.cutoff_hz, &measured).map_err(bad)?;
         let waves = cutoff_hz.map_or_else(|| unsmoothed.clone(), |hz| unsmoothed.smoothed(hz));
         let found = Findings {
             faults: measured.faults(&waves),
             cutoff_hz,
+            measured: &measured,
             unsmoothed: &unsmoothed,
             waves: &waves,
         };
@@ -182,6 +183,8 @@ fn cutoff_hz(cutoff: Cutoff, measured: &MotionSeries) -> std::result::Result<Opt
 struct Findings<'a> {
     faults: Vec<SeriesFault>,
     cutoff_hz: Option<f64>,
+    /// As it was recorded: rounded heights repeat in it.
+    measured: &'a MotionSeries,
     unsmoothed: &'a MotionSeries,
     waves: &'a MotionSeries,
 }
@@ -192,8 +195,8 @@ impl Findings<'_> {
         if !self.faults.is_empty() {
             return format!("the heave has faults: {}. {REPAIR}", listed(&self.faults));
         }
-        let noise_sd_m = self.unsmoothed.noise_sd_m();
-        match (self.cutoff_hz, self.unsmoothed.cutoff_of_noise_hz()) {
+        let noise_sd_m = self.measured.noise_sd_m();
+        match (self.cutoff_hz, self.measured.cutoff_of_noise_hz()) {
             (None, Some(hz)) => format!(
                 "its noise is {noise_sd_m:.3} m: smooth it with cutoff_hz = {hz:.2} in [series], or \"noise\""
             ),
@@ -228,7 +231,7 @@ impl Findings<'_> {
                 fast.above_hz, fast.peak_without_mps2, fast.above_hz
             ));
         }
-        let noise_m = 4.0 * self.unsmoothed.noise_sd_m();
+        let noise_m = 4.0 * self.measured.noise_sd_m();
         let measured_m = self.unsmoothed.significant_height_m();
         let without_noise_m = (measured_m * measured_m - noise_m * noise_m)
             .max(0.0)
