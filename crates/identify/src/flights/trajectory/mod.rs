@@ -18,6 +18,7 @@
 //! chapter 5.
 
 mod filter;
+mod kalman;
 mod noise;
 mod whiteness;
 
@@ -30,7 +31,7 @@ pub(super) use self::filter::Settings;
 
 pub(super) use self::whiteness::Whiteness;
 
-use self::filter::Pass;
+use self::kalman::Pass;
 use super::fit::{Fit, fit};
 use super::ground::Basis;
 use super::model::{ModelTerms, ModelValues, Parameter, Segment};

@@ -238,3 +238,34 @@ impl Noise {
         (noise, best)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_the_ground_swings_with_its_period_and_keeps_its_variance() {
+        let ground = GroundMotion {
+            speed_mps: 0.2,
+            period_s: 2.0,
+            damping: 0.01,
+        };
+        // After a quarter of a period speed has become acceleration, but for what damping takes: 1 - e^(-0.01 π/2).
+        let Oscillation { keep, .. } = ground.over(0.5);
+        let w = std::f64::consts::PI;
+        assert!(keep[0][0].abs() < 0.02 && (keep[1][0] / w + 1.0).abs() < 0.02);
+        // From rest the noise brings it to its variances; after 60 s all but e^(-2·0.01·60 π) = 0.02 of them are there.
+        let Oscillation { keep, gain } = ground.over(0.01);
+        let mut p = [[0.0; 2]; 2];
+        for _ in 0..6000 {
+            let half: [[f64; 2]; 2] =
+                [0, 1].map(|i| [0, 1].map(|j| keep[i][0] * p[0][j] + keep[i][1] * p[1][j]));
+            p = [0, 1].map(|i| {
+                [0, 1].map(|j| half[i][0] * keep[j][0] + half[i][1] * keep[j][1] + gain[i][j])
+            });
+        }
+        assert!((p[0][0] / 0.04 - 1.0).abs() < 0.03, "{p:?}");
+        assert!((p[1][1] / (0.04 * w * w) - 1.0).abs() < 0.03, "{p:?}");
+        assert!(p[0][1].abs() < 1e-3 * w * 0.04, "{p:?}");
+    }
+}

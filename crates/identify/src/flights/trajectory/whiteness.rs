@@ -1,6 +1,6 @@
 //! Whether innovations are white, as those of a true model are.
 
-use super::filter::{Innovation, Pass, Sensor};
+use super::kalman::{Innovation, Pass, Sensor};
 
 /// Delays at which innovations are compared, in samples of their sensor.
 const DELAYS: usize = 10;
