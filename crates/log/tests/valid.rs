@@ -143,7 +143,7 @@ fn regress_ardupilots_readings_that_are_none_make_no_height() {
         let most = known.clone().copied().fold(0.0, f64::max);
         // Levels of the records, which are whole centimetres.
         assert!((most - highest).abs() < 1e-9, "{labels}: {most}");
-        // One row for each reading up to the last row of the accelerometer; where good and bad are told apart, for each good one.
+        // A reading makes one row, up to the accelerometer's last row. With a status only good readings do.
         let readings = if has_status { 8 } else { 15 };
         assert_eq!(known.count(), readings, "{labels}: {heights:?}");
         assert!(
