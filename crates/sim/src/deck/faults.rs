@@ -231,8 +231,7 @@ impl MotionSeries {
         found
     }
 
-    /// The mean period of what is not faster than waves of this mean period, s: fast motion crosses the mean more often than
-    /// the waves do.
+    /// The mean period of the waves, s. Faster motion crosses the mean more often, so it is left out, and the period found again.
     fn period_of_waves_s(&self) -> Option<f64> {
         let mut period_s = self.mean_period_s()?;
         for _ in 0..PASSES {
