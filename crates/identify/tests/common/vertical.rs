@@ -7,6 +7,8 @@
 
 #[path = "course.rs"]
 mod course;
+#[path = "surroundings.rs"]
+mod surroundings;
 
 use std::io::Write as _;
 
@@ -14,6 +16,7 @@ use course::Course;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use surroundings::{Ground, Velocity};
 use touchdown_identify::Origin;
 use touchdown_identify::estimate::Estimate;
 use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
@@ -396,59 +399,6 @@ impl World {
         self.speed += (1.0 - (-STEP_S / v.motor_lag_s).exp()) * (throttle - self.speed);
         self.lift +=
             (1.0 - (-STEP_S / v.wake_lag_s).exp()) * (v.extra_lift(self.height_m) - self.lift);
-    }
-}
-
-/// Heave of the ground: three sines about a period, of a generator of its own.
-struct Ground {
-    /// Greatest speed (m/s), angular frequency (rad/s) and phase.
-    tones: [[f64; 3]; 3],
-}
-
-impl Ground {
-    fn draw(v: &Vehicle, seed: u64) -> Self {
-        let mut random = Pcg64::seed_from_u64(seed ^ 0x4752_4f55_4e44);
-        let amplitude = v.ground_mps * (2.0f64 / 3.0).sqrt();
-        Self {
-            tones: [0.75, 1.0, 1.3].map(|share| {
-                let period_s = share * v.ground_period_s * uniform(&mut random, 0.9, 1.1);
-                let rate = std::f64::consts::TAU / period_s;
-                [
-                    amplitude,
-                    rate,
-                    uniform(&mut random, 0.0, std::f64::consts::TAU),
-                ]
-            }),
-        }
-    }
-
-    fn speed_mps(&self, t: f64) -> f64 {
-        let of = |[amplitude, rate, phase]: [f64; 3]| amplitude * (rate * t + phase).sin();
-        self.tones.map(of).iter().sum()
-    }
-}
-
-/// A complementary filter of an accelerometer and satellites' velocity, 0.05 m/s of noise at 10 Hz.
-struct Velocity {
-    climb_mps: f64,
-    random: Pcg64,
-}
-
-impl Velocity {
-    fn new(seed: u64) -> Self {
-        Self {
-            climb_mps: 0.0,
-            random: Pcg64::seed_from_u64(seed ^ 0x5645_4c4f_4349),
-        }
-    }
-
-    fn step(&mut self, k: usize, true_mps: f64, specific: f64, dt: f64) -> f64 {
-        self.climb_mps += dt * (specific - GRAVITY_MPS2);
-        if k.is_multiple_of(100) {
-            let seen = true_mps + 0.05 * normal(&mut self.random);
-            self.climb_mps += 0.1 * (seen - self.climb_mps);
-        }
-        self.climb_mps
     }
 }
 
