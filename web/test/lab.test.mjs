@@ -18,9 +18,6 @@ const withBoth = { skip: withData.skip || withCommand.skip };
 /** Figures differ from the command's where the C library and the browser round exp, sin and log differently: in the
  * fourteenth digit, which a fit may amplify a thousandfold. */
 const SAME = 1e-9;
-// The likeliest trajectories are searched by finite differences: what two libraries of functions round differently is below 1e-6 at their end,
-// and a standard error some per cent.
-const SAME_LIKELIEST = 1e-6;
 /** All numbers of a text, in their order. */
 const NUMBER = /-?\d+(?:\.\d+)?(?:e[-+]?\d+)?/g;
 const numbersOf = (text) => [...text.matchAll(NUMBER)].map(([n]) => Number(n));
@@ -98,7 +95,7 @@ function misplaced() {
 const PACKED = /"packed":"([^"]*)"/g;
 
 /** Two reports show the same words, tables and curves; only the paths in their commands differ. */
-function sameReport(ours, theirs, bound = SAME) {
+function sameReport(ours, theirs) {
   const body = (html) => html.slice(html.indexOf('<body'), html.indexOf('How to redo this</h2>'));
   const steps = (html) => [...body(html).matchAll(PACKED)].flatMap(([, text]) => {
     const bytes = Buffer.from(text, 'base64');
@@ -114,7 +111,7 @@ function sameReport(ours, theirs, bound = SAME) {
   const [numbers, wanted] = [ours, theirs].map((html) => numbersOf(shown(html)));
   const worst = difference(numbers, wanted);
   console.log(`# greatest relative difference of ${numbers.length} numbers of a report: ${worst}; ${found.length} steps of its curves`);
-  assert.ok(worst <= bound, `${worst}`);
+  assert.ok(worst <= SAME, `${worst}`);
 }
 
 /** What the page shows of a dropped log is what `touchdown inspect` finds: channels or columns, and topics. */
@@ -166,7 +163,7 @@ async function sameGroundEffect(lab, logs) {
   rmSync(folder, { recursive: true });
   const same = (what, worst) => {
     console.log(`# greatest relative difference of the numbers of ${what}: ${worst}`);
-    assert.ok(worst <= SAME_LIKELIEST, `${what}: ${worst}`);
+    assert.ok(worst <= SAME, `${what}: ${worst}`);
   };
   const compare = (what, found, wanted) => same(what, difference(found, wanted));
   assert.equal((await lab.page.$$('.card')).length, wantedCards.length, 'a card of the ground effect, and one of the thrust');
@@ -193,8 +190,7 @@ async function sameGroundEffect(lab, logs) {
   const refusals = await lab.table('Not identified');
   assert.deepEqual(refusals, flight.refused.map(({ what, found, record }) => [what, found, record]));
   const report = await lab.saved('#report');
-  // Differences of likelihoods are small beside them: the evidence for a law is printed to six digits of some 1e5.
-  sameReport(report.content.toString(), wantedReport, 1e-4);
+  sameReport(report.content.toString(), wantedReport);
 }
 
 /** A DataFlash log of two messages: a barometer, with heights from 0 to 5 m at 10 Hz. */

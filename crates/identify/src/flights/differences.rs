@@ -13,6 +13,8 @@ use super::normal::hold;
 /// Width over the prior standard deviation, one-sided and two-sided: both errors of curvature are about 1e-4 of the slope.
 const ONE_SIDED: f64 = 1e-4;
 const TWO_SIDED: f64 = 1e-2;
+/// Share of its width that bounds leave of a two-sided difference at least: less is as short as a one-sided one.
+const LEAST_ROOM: f64 = 1e-2;
 /// Last steps at most; three or four are usual.
 const MOST_STEPS: usize = 8;
 /// Square of a last step, in standard errors, at most: a longer one is none of a fit that has converged.
@@ -30,14 +32,50 @@ pub(super) enum Differences {
 impl Differences {
     /// By how much a number is moved for the two ends of a difference; zero is where it is.
     pub(super) fn ends(self, p: &Parameter, value: f64) -> [f64; 2] {
-        let unit = p.prior_sd.min(p.max - p.min);
-        let short = ONE_SIDED * unit;
-        let wide = (TWO_SIDED * unit).min(p.max - value).min(value - p.min);
-        match self {
-            Self::TwoSided if wide > short => [-wide, wide],
-            _ if value + short > p.max => [0.0, -short],
-            _ => [0.0, short],
+        let wide = match self {
+            Self::OneSided => 0.0,
+            Self::TwoSided => TWO_SIDED * p.prior_sd.min(p.max - p.min),
+        };
+        ends(p, value, wide)
+    }
+}
+
+/// The two ends of a difference: by `wide` to both sides, or by the width of one-sided ones where that is 0 or bounds leave little.
+pub(super) fn ends(p: &Parameter, value: f64, wide: f64) -> [f64; 2] {
+    let room = wide.min(p.max - value).min(value - p.min);
+    let short = ONE_SIDED * p.prior_sd.min(p.max - p.min);
+    if room > LEAST_ROOM * wide {
+        [-room, room]
+    } else if value + short > p.max {
+        [0.0, -short]
+    } else {
+        [0.0, short]
+    }
+}
+
+/// The last steps of a fit: until they become no shorter.
+pub(super) struct LastSteps {
+    before: f64,
+    left: usize,
+}
+
+impl LastSteps {
+    pub(super) fn new() -> Self {
+        Self {
+            before: LONGEST,
+            left: MOST_STEPS,
         }
+    }
+
+    /// Whether a step is one of them, from its square in standard errors.
+    pub(super) fn include(&mut self, square: f64) -> bool {
+        let shorter = square < SHORTER * self.before;
+        let goes_on = shorter && self.left > 0;
+        if goes_on {
+            self.before = square;
+            self.left -= 1;
+        }
+        goes_on
     }
 }
 
@@ -57,19 +95,17 @@ impl Fit {
         };
         let mut fit = self;
         let mut now = system.assemble(&fit.theta, &fit.locals, fit.sigma);
-        let mut before = LONGEST;
-        for _ in 0..MOST_STEPS {
+        let mut last = LastSteps::new();
+        loop {
             let (mut gradient, mut hessian) = total(&now, &parameters, &fit.theta);
             fit.held = at_bounds(&parameters, &fit.theta, &gradient);
             hold(&mut hessian, &mut gradient, &fit.held);
             let Some(step) = hessian.clone().cholesky().map(|c| c.solve(&gradient)) else {
                 break;
             };
-            let length = step.dot(&(&hessian * &step));
-            if !(length < SHORTER * before) {
+            if !last.include(step.dot(&(&hessian * &step))) {
                 break;
             }
-            before = length;
             let there = parameters.iter().zip(&fit.theta).zip(step.iter());
             let theta: Vec<f64> = there
                 .map(|((p, from), by)| (from + by).clamp(p.min, p.max))

@@ -47,7 +47,7 @@ impl GroundEffect {
                 wake_lag: true,
                 ..shape
             };
-            let with = fit(&self.pieces, with, Some(&self.fit));
+            let with = fit(&self.pieces, with, Some(&self.fit)).settled(&self.pieces);
             out.extend(self.profile(&with, "tau", "wake", false));
         }
         out

@@ -17,12 +17,13 @@
 //! R. E. Maine and K. W. Iliff, NASA RP-1138 (1985); R. V. Jategaonkar, "Flight Vehicle System Identification" (2015),
 //! chapter 5.
 
+mod equations;
 mod filter;
 mod kalman;
 mod noise;
 mod whiteness;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 pub use noise::{GroundMotion, Noise};
@@ -35,7 +36,6 @@ use self::kalman::Pass;
 use super::fit::{Fit, fit};
 use super::ground::Basis;
 use super::model::{ModelTerms, ModelValues, Parameter, Segment};
-use super::normal::{ReducedEquations, hold};
 
 /// Rounds of model and noise in turn at most; most fits take three.
 const MOST_ROUNDS: usize = 8;
@@ -48,11 +48,6 @@ const OF_STEP: f64 = 0.02;
 /// Shortest share of a Gauss–Newton step that is tried, and the factor from one try to the next.
 const SHORTEST: f64 = 0.02;
 const SHORTER: f64 = 0.4;
-/// Length of the stretches that count as independent of one another (s).
-/// Several correlation times of turbulence, and yet ten in half a minute. Half or twice moves intervals by a tenth.
-const STRETCH_S: f64 = 2.0;
-/// Step of a parameter for slopes, over its prior standard deviation: rounding and curvature are both below 1e-4.
-const SLOPE_STEP: f64 = 1e-4;
 
 /// A model with the noise under which the flights are likeliest.
 #[derive(Clone, Debug)]
@@ -102,15 +97,6 @@ struct Point {
     theta: Vec<f64>,
     noise: Noise,
     cost: f64,
-}
-
-/// Equations of all runs at a point, and the numbers that are held at a bound.
-struct Equations {
-    reduced: Vec<ReducedEquations>,
-    matrix: DMatrix<f64>,
-    vector: DVector<f64>,
-    held: Vec<usize>,
-    slopes: Vec<DVector<f64>>,
 }
 
 /// Fits model and noise along the trajectories, from a fit along measured heights; `None` where the flights have no likelihood
@@ -206,7 +192,11 @@ impl<'a> Problem<'a> {
                 return None;
             }
         }
-        let equations = self.equations(&point);
+        let equations = if converged {
+            self.settle(&mut point)
+        } else {
+            self.equations(&point, None)
+        };
         let passes = self.passes(&point.theta, point.noise);
         Some(Tracked {
             fit: Fit {
@@ -255,14 +245,11 @@ impl<'a> Problem<'a> {
 
     /// One step of Gauss–Newton, as long as it lowers the cost; `None` where the equations have no solution.
     fn step(&self, point: &mut Point) -> Option<()> {
-        let equations = self.equations(point);
+        let equations = self.equations(point, None);
         let step = self.within_bounds(&equations, &point.theta)?;
         let mut length = 1.0;
         while length > SHORTEST {
-            let all = point.theta.iter().zip(step.iter()).zip(&self.parameters);
-            let next: Vec<f64> = all
-                .map(|((t, s), p)| (t + length * s).clamp(p.min, p.max))
-                .collect();
+            let next = self.moved(&point.theta, &(length * &step));
             let cost = self.cost(&next, point.noise);
             if cost < point.cost {
                 (point.theta, point.cost) = (next, cost);
@@ -271,148 +258,5 @@ impl<'a> Problem<'a> {
             length *= SHORTER;
         }
         Some(())
-    }
-
-    /// The Gauss–Newton step in which no number at a bound is asked to leave it: a step that is cut off at bounds need not
-    /// lower the cost.
-    fn within_bounds(&self, equations: &Equations, theta: &[f64]) -> Option<DVector<f64>> {
-        let mut held = equations.held.clone();
-        loop {
-            let (mut matrix, mut vector) = (equations.matrix.clone(), equations.vector.clone());
-            hold(&mut matrix, &mut vector, &held);
-            let step = matrix.cholesky()?.solve(&vector);
-            let leaves = |&k: &usize| {
-                let p = &self.parameters[k];
-                (theta[k] <= p.min && step[k] < 0.0) || (theta[k] >= p.max && step[k] > 0.0)
-            };
-            let more: Vec<usize> = (0..theta.len()).filter(leaves).collect();
-            if more.is_empty() {
-                return Some(step);
-            }
-            held.extend(more);
-        }
-    }
-
-    /// Fisher's information and half the slope of the cost downwards.
-    fn equations(&self, point: &Point) -> Equations {
-        let n = point.theta.len();
-        let base = self.passes(&point.theta, point.noise);
-        let widths: Vec<f64> = self
-            .parameters
-            .iter()
-            .zip(&point.theta)
-            .map(|(p, v)| {
-                let width = SLOPE_STEP * p.prior_sd.min(p.max - p.min);
-                if v + width > p.max { -width } else { width }
-            })
-            .collect();
-        let moved: Vec<Vec<Pass>> = (0..n)
-            .map(|k| {
-                let mut there = point.theta.clone();
-                there[k] += widths[k];
-                self.passes(&there, point.noise)
-            })
-            .collect();
-        let of_run = |(run, base): (usize, &Pass)| {
-            let mut matrix = DMatrix::zeros(n, n);
-            let mut slope = DVector::zeros(n);
-            for (row, e) in base.innovations.iter().enumerate() {
-                for k in 0..n {
-                    slope[k] = (moved[k][run].innovations[row].value - e.value) / widths[k];
-                }
-                matrix.ger(1.0, &slope, &slope, 1.0);
-            }
-            // The slope of the whole cost: variances move with the model too.
-            let vector = DVector::from_fn(n, |k, _| {
-                -0.5 * (moved[k][run].cost - base.cost) / widths[k]
-            });
-            ReducedEquations { matrix, vector }
-        };
-        let slopes = base.iter().enumerate().flat_map(|(run, base)| {
-            let moved: Vec<&Pass> = moved.iter().map(|m| &m[run]).collect();
-            slopes_of_stretches(base, &moved, &widths)
-        });
-        let slopes = slopes.collect();
-        let reduced: Vec<ReducedEquations> = base.iter().enumerate().map(of_run).collect();
-        let mut matrix = DMatrix::zeros(n, n);
-        let mut vector = DVector::zeros(n);
-        for run in &reduced {
-            matrix += &run.matrix;
-            vector += &run.vector;
-        }
-        for (k, (p, v)) in self.parameters.iter().zip(&point.theta).enumerate() {
-            let precision = p.prior_sd.powi(-2);
-            matrix[(k, k)] += precision;
-            vector[k] -= precision * (v - p.start);
-        }
-        let held = (0..n).filter(|&k| {
-            let (p, v) = (&self.parameters[k], point.theta[k]);
-            (v <= p.min && vector[k] < 0.0) || (v >= p.max && vector[k] > 0.0)
-        });
-        Equations {
-            held: held.collect(),
-            reduced,
-            matrix,
-            vector,
-            slopes,
-        }
-    }
-}
-
-/// Half the slope of the cost downwards in each stretch of a run.
-fn slopes_of_stretches(base: &Pass, moved: &[&Pass], widths: &[f64]) -> Vec<DVector<f64>> {
-    let mut out: Vec<DVector<f64>> = Vec::new();
-    let mut until_s = f64::NEG_INFINITY;
-    for (row, at) in base.innovations.iter().enumerate() {
-        if at.time_s >= until_s {
-            until_s = at.time_s + STRETCH_S;
-            out.push(DVector::zeros(widths.len()));
-        }
-        if let Some(sum) = out.last_mut() {
-            for (k, width) in widths.iter().enumerate() {
-                sum[k] -= 0.5 * (moved[k].innovations[row].cost - at.cost) / width;
-            }
-        }
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::flights::model::Curve;
-
-    #[test]
-    fn analytic_a_number_at_its_bound_is_held_where_the_others_would_push_it_out() {
-        let shape = ModelTerms::plain(Curve::Free, false, true);
-        let parameters = shape.parameters();
-        let n = parameters.len();
-        let lag = parameters.iter().position(|p| p.name == "T_m").unwrap();
-        let mut theta: Vec<f64> = parameters.iter().map(|p| p.start).collect();
-        theta[lag] = parameters[lag].min;
-        let problem = Problem {
-            pieces: &[],
-            shape,
-            parameters,
-            settings: Settings {
-                radius_m: 0.1,
-                gravity_mps2: 9.81,
-            },
-        };
-        let mut matrix = DMatrix::identity(n, n);
-        (matrix[(0, lag)], matrix[(lag, 0)]) = (0.9, 0.9);
-        let mut vector = DVector::zeros(n);
-        // The slope asks the lag to rise, the step with the elasticity to fall: 0.1 - 0.9 before it is divided.
-        (vector[0], vector[lag]) = (1.0, 0.1);
-        let equations = Equations {
-            reduced: Vec::new(),
-            matrix,
-            vector,
-            held: Vec::new(),
-            slopes: Vec::new(),
-        };
-        let step = problem.within_bounds(&equations, &theta).unwrap();
-        // Alone, the elasticity goes by 1/1: rounding only.
-        assert!(step[lag] == 0.0 && (step[0] - 1.0).abs() < 1e-15, "{step}");
     }
 }
