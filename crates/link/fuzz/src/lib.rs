@@ -151,13 +151,17 @@ impl Bench {
     fn readings(&mut self) {
         let time_boot_ms = ((self.now_us + AHEAD_US) / 1000) as u32;
         let time_usec = u64::from(time_boot_ms) * 1000;
+        // The last digits of a reading move; values that stay the same are those of a sensor that hangs.
+        let noise = 1e-4 * (time_boot_ms as f32).sin();
         self.deliver(&MavMessage::ATTITUDE_QUATERNION(ATTITUDE_QUATERNION_DATA {
             time_boot_ms,
             q1: 1.0,
+            q2: noise,
             ..ATTITUDE_QUATERNION_DATA::default()
         }));
         self.deliver(&MavMessage::HIGHRES_IMU(HIGHRES_IMU_DATA {
             time_usec,
+            xacc: noise,
             zacc: -9.81,
             ..HIGHRES_IMU_DATA::default()
         }));
@@ -172,12 +176,14 @@ impl Bench {
         self.deliver(&MavMessage::LANDING_TARGET(LANDING_TARGET_DATA {
             time_usec,
             frame: MavFrame::MAV_FRAME_BODY_FRD,
+            x: noise,
             z: HEIGHT_M,
             position_valid: MavBool::MAV_BOOL_TRUE,
             ..LANDING_TARGET_DATA::default()
         }));
         self.deliver(&MavMessage::LOCAL_POSITION_NED(LOCAL_POSITION_NED_DATA {
             time_boot_ms,
+            vx: noise,
             ..LOCAL_POSITION_NED_DATA::default()
         }));
     }

@@ -55,6 +55,8 @@ impl Companion {
         if self.stage == Stage::Ended || self.vehicle.is_none() {
             return;
         }
+        self.inbox
+            .arms(self.vehicle.is_some_and(|vehicle| vehicle.armed));
         self.ask(out);
         self.measure_rates();
         self.watch();

@@ -30,8 +30,7 @@ impl Inbox {
             self.ignored.from_the_future += 1;
         } else if self.newest_us[Source::Target as usize].is_some_and(|newest| at <= newest) {
             self.ignored.repeated += 1;
-        } else {
-            self.queue_at(Source::Target, reading, at);
+        } else if self.queue_at(Source::Target, reading, at) {
             self.normal = Some((at, normal));
         }
     }

@@ -122,10 +122,14 @@ impl Inbox {
     /// Takes a message of another component of the vehicle: where it sees the vehicle.
     pub fn take_external(&mut self, message: &MavMessage, now_us: i64) {
         if let Some(position) = local_position(message) {
-            if position.is_finite() {
-                self.positions.external = Some((now_us - self.deck_latency_us, position));
-            } else {
+            if !position.is_finite() {
                 self.ignored.unusable += 1;
+                return;
+            }
+            let at = now_us - self.deck_latency_us;
+            let values = [position.x, position.y, position.z, 0.0];
+            if !self.is_frozen(|inbox| inbox.same_external.lasts(values, at)) {
+                self.positions.external = Some((at, position));
             }
         }
     }

@@ -14,11 +14,13 @@
 //! new reading: it would count several times, and each time as if it were new.
 //!
 //! Stamps are of the autopilot's clock. A reading is ignored and counted if it is not finite, older than
-//! `sensors.greatest_age_s`, stamped in the future, repeated, or of another frame; so is every stamped reading before the clocks are
+//! `sensors.greatest_age_s`, stamped in the future, repeated, frozen (see `frozen.rs`), or of another frame; so is every stamped reading before the clocks are
 //! synchronised. Beside a camera, positions of the deck that others report are ignored and counted.
 
 mod camera;
 mod deck;
+mod frozen;
+mod queue;
 mod repeats;
 mod source;
 mod target;
@@ -28,6 +30,8 @@ mod tests;
 pub use source::Source;
 
 use deck::Positions;
+use frozen::{Same, SameRange};
+use queue::values;
 use repeats::RangeRepeats;
 use target::TargetError;
 
@@ -68,6 +72,8 @@ pub struct IgnoredReadings {
     pub from_the_future: u64,
     /// Stamped no later than the one before: a packet that came twice or too late.
     pub repeated: u64,
+    /// With new stamps and the values of before, for too long.
+    pub frozen: u64,
     /// In a frame that is not supported.
     pub other_frame: u64,
     /// Positions of the deck while the vehicle's own position or attitude was not known.
@@ -103,6 +109,13 @@ pub struct Inbox {
     range_m: Option<f64>,
     range_latency_us: i64,
     range_repeats: RangeRepeats,
+    /// Whether the vehicle is armed: on the ground, sensors without noise may stay the same.
+    armed: bool,
+    /// Values that stay the same, by [`Source`], and those of positions.
+    same: [Same; 5],
+    same_globe: Same,
+    same_external: Same,
+    same_range: SameRange,
     pending: Vec<(i64, Reading<f64>)>,
     /// The readings of the present step.
     ready: Vec<Reading<f64>>,
@@ -155,6 +168,11 @@ impl Inbox {
             range_m: None,
             range_latency_us: micros(sensors.range_latency_s),
             range_repeats: RangeRepeats::default(),
+            armed: false,
+            same: [Same::default(); 5],
+            same_globe: Same::default(),
+            same_external: Same::default(),
+            same_range: SameRange::default(),
             pending: Vec::with_capacity(MOST_PENDING),
             ready: Vec::with_capacity(MOST_PENDING),
             jumped: false,
@@ -170,6 +188,11 @@ impl Inbox {
         self.range_repeats = RangeRepeats::of(autopilot);
     }
 
+    /// Whether the vehicle is armed.
+    pub fn arms(&mut self, armed: bool) {
+        self.armed = armed;
+    }
+
     /// Takes a message that arrived at `now_us`, our time.
     pub fn take(&mut self, message: &MavMessage, clock: &ClockSync, now_us: i64) {
         match message {
@@ -177,7 +200,8 @@ impl Inbox {
                 let quaternion = [m.q1, m.q2, m.q3, m.q4].map(f64::from);
                 if let Some(attitude) = axes::attitude(quaternion) {
                     let stamp = boot(m.time_boot_ms);
-                    if let Some(at) = self.dated(Source::Attitude, stamp, clock, now_us) {
+                    if let Some(at) = self.dated(Source::Attitude, quaternion, stamp, clock, now_us)
+                    {
                         // By the autopilot's own clock: what is known of its offset may change between the two.
                         let elapsed_us = stamp.saturating_sub(self.attitude_stamp_us);
                         self.jumped |= self
@@ -213,7 +237,7 @@ impl Inbox {
                 let stamp_us = boot(m.time_boot_ms);
                 if usable && self.range_repeats.is_repeat(m.current_distance, stamp_us) {
                     // It is alive, and nothing is new.
-                    self.dated(Source::Range, stamp_us, clock, now_us);
+                    self.dated(Source::Range, values(&reading), stamp_us, clock, now_us);
                     return;
                 }
                 self.queue(Source::Range, reading, usable, stamp_us, clock, now_us);
@@ -222,7 +246,11 @@ impl Inbox {
             MavMessage::LOCAL_POSITION_NED(m) => self.take_velocity(m, clock, now_us),
             MavMessage::GLOBAL_POSITION_INT(m) => {
                 let at = clock.ours_us(boot(m.time_boot_ms));
-                if let Some(at) = at.filter(|at| self.is_recent(*at, now_us)) {
+                let place = [m.lat, m.lon, m.alt, 0].map(f64::from);
+                let at = at.filter(|at| self.is_recent(*at, now_us));
+                if let Some(at) = at
+                    && !self.is_frozen(|inbox| inbox.same_globe.lasts(place, at))
+                {
                     self.take_globe(at, [m.lat, m.lon], f64::from(m.alt) * 1e-3);
                 }
             }
@@ -251,7 +279,9 @@ impl Inbox {
             };
             let at = at.filter(|at| self.is_recent(*at, now_us));
             match at.and_then(|at| Some((at, self.local_target(m, at)?))) {
-                Some((at, reading)) if unstamped => self.queue_at(Source::Target, reading, at),
+                Some((at, reading)) if unstamped => {
+                    self.queue_at(Source::Target, reading, at);
+                }
                 Some((_, reading)) => {
                     self.queue(Source::Target, reading, true, stamp, clock, now_us);
                 }
@@ -277,15 +307,15 @@ impl Inbox {
             velocity_mps: axes::world(velocity),
             age_s: 0.0,
         });
-        let stamp = boot(m.time_boot_ms);
-        let at = clock.ours_us(stamp);
-        if let (Some(at), true) = (
-            at.filter(|at| self.is_recent(*at, now_us)),
-            position.is_finite() && velocity.is_finite(),
-        ) {
-            self.positions.moves(at, position, velocity);
+        if !position.is_finite() || !velocity.is_finite() {
+            self.ignored.unusable += 1;
+            return;
         }
-        self.queue(Source::Velocity, reading, true, stamp, clock, now_us);
+        let stamp = boot(m.time_boot_ms);
+        if let Some(at) = self.dated(Source::Velocity, values(&reading), stamp, clock, now_us) {
+            self.positions.moves(at, position, velocity);
+            self.push(Source::Velocity, reading, at);
+        }
     }
 
     /// Whether a time is neither too old nor in the future.
@@ -299,86 +329,11 @@ impl Inbox {
             self.ignored.unusable += 1;
             return;
         }
-        if let Some(at) = self.dated(Source::Imu, stamp_us, clock, now_us) {
+        let [x, y, z] = force.to_array();
+        if let Some(at) = self.dated(Source::Imu, [x, y, z, 0.0], stamp_us, clock, now_us) {
             self.force = Some((at, force));
             self.sum += force;
             self.summed += 1;
-        }
-    }
-
-    /// Our time of a stamp that is neither too old nor in the future, and newer than the last one of its source.
-    fn dated(
-        &mut self,
-        source: Source,
-        stamp_us: i64,
-        clock: &ClockSync,
-        now_us: i64,
-    ) -> Option<i64> {
-        let Some(at) = clock.ours_us(stamp_us) else {
-            self.ignored.unsynchronised += 1;
-            return None;
-        };
-        let age = now_us.saturating_sub(at);
-        if age > self.greatest_age_us {
-            self.ignored.too_old += 1;
-            return None;
-        }
-        if age < -FUTURE_US {
-            self.ignored.from_the_future += 1;
-            return None;
-        }
-        let index = source as usize;
-        if self.stamps_us[index].is_some_and(|newest| stamp_us <= newest) {
-            self.ignored.repeated += 1;
-            return None;
-        }
-        self.stamps_us[index] = Some(stamp_us);
-        self.arrivals[index] += 1;
-        self.newest_us[index] = Some(at);
-        Some(at)
-    }
-
-    fn queue(
-        &mut self,
-        source: Source,
-        reading: Reading<f64>,
-        usable: bool,
-        stamp_us: i64,
-        clock: &ClockSync,
-        now_us: i64,
-    ) {
-        if !usable || !reading.is_finite() {
-            self.ignored.unusable += 1;
-        } else if let Some(at) = self.dated(source, stamp_us, clock, now_us) {
-            let latency_us = match source {
-                Source::Range => self.range_latency_us,
-                _ => 0,
-            };
-            self.push(source, reading, at - latency_us);
-        }
-    }
-
-    /// Queues a reading that has no stamp.
-    fn queue_at(&mut self, source: Source, reading: Reading<f64>, at: i64) {
-        if !reading.is_finite() {
-            self.ignored.unusable += 1;
-            return;
-        }
-        self.arrivals[source as usize] += 1;
-        self.newest_us[source as usize] = Some(at);
-        self.push(source, reading, at);
-    }
-
-    fn push(&mut self, source: Source, reading: Reading<f64>, at: i64) {
-        if source == Source::Velocity {
-            let last = self.velocity_us;
-            if last.is_some_and(|last| at - last < self.velocity_period_us) {
-                return;
-            }
-            self.velocity_us = Some(at);
-        }
-        if self.pending.len() < MOST_PENDING {
-            self.pending.push((at, reading));
         }
     }
 
@@ -469,6 +424,7 @@ impl Inbox {
         (self.sum, self.summed) = (Vector::ZERO, 0);
         self.velocity_us = None;
         self.range_repeats.forget();
+        self.same_range = SameRange::default();
         self.pending.clear();
         self.normal = None;
         self.jumped = false;

@@ -88,8 +88,69 @@ fn prop_old_future_repeated_and_absurd_readings_are_ignored_and_counted() {
         without_position: 0,
         unsynchronised: 1,
         beside_camera: 0,
+        frozen: 0,
     };
     assert_eq!(inbox.ignored, expected);
+}
+
+/// The deck seen straight below, this far.
+fn target(down_m: f32, time_boot_ms: u32) -> MavMessage {
+    MavMessage::LANDING_TARGET(LANDING_TARGET_DATA {
+        time_usec: u64::from(time_boot_ms) * 1000,
+        frame: MavFrame::MAV_FRAME_BODY_FRD,
+        z: down_m,
+        position_valid: MavBool::MAV_BOOL_TRUE,
+        ..LANDING_TARGET_DATA::default()
+    })
+}
+
+/// Ranges and targets that are used and frozen in a second in which the range stays the same, and the target goes by `goes_m`.
+fn in_a_steady_second(armed: bool, goes_m: f32) -> ([usize; 2], u64) {
+    let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
+    inbox.arms(armed);
+    let mut used = [0, 0];
+    for ms in (0..1000).step_by(20) {
+        let now_us = 1_000_000 + 1000 * i64::from(ms);
+        let level = ATTITUDE_QUATERNION_DATA {
+            time_boot_ms: 6_000 + ms,
+            q1: 1.0,
+            q2: 1e-4 * (ms as f32).sin(),
+            ..Default::default()
+        };
+        let down_m = 0.8 + goes_m * ms as f32 / 1000.0;
+        for message in [
+            MavMessage::ATTITUDE_QUATERNION(level),
+            range(80, 6_000 + ms),
+            target(down_m, 6_000 + ms),
+        ] {
+            inbox.take(&message, &clock, now_us);
+        }
+        inbox.sense(now_us);
+        for reading in inbox.ready() {
+            used[usize::from(matches!(reading, Reading::Tag(_)))] += 1;
+        }
+    }
+    (used, inbox.ignored.frozen)
+}
+
+#[test]
+fn analytic_values_that_stay_the_same_are_frozen_after_their_time() {
+    // The target counts for 0.2 s, ten messages at 50 Hz; a range may be the same for as long as nothing says otherwise.
+    assert_eq!(in_a_steady_second(true, 0.0), ([50, 10], 40));
+    // On the ground nothing is frozen.
+    assert_eq!(in_a_steady_second(false, 0.0), ([50, 50], 0));
+    // The target goes by 0.3 m: a range that stays the same counts until the target has gone by 0.1 m and four standard deviations of
+    // its own, √(3² + (10 · 0.95)²) mm each.
+    let sensors = FlightSettings::default().sensors;
+    let sd_m = sensors.target_sd_m.hypot(0.95 * sensors.target_sd_share);
+    let until = (50.0 * (0.1 + 4.0 * sd_m) / 0.3).ceil() as usize;
+    let ([ranges, targets], frozen) = in_a_steady_second(true, 0.3);
+    // The deviation at its end is a little smaller or greater than at 0.95 m: two messages.
+    assert!(
+        ranges.abs_diff(until) <= 2 && targets == 50,
+        "{ranges}, {until}; {targets}"
+    );
+    assert_eq!(frozen as usize, 50 - ranges);
 }
 
 #[test]

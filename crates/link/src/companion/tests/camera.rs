@@ -36,6 +36,8 @@ impl CameraBench {
 
     fn frame(&self) -> FrameReport {
         let now = self.bench.now_us as i64;
+        let tick = self.bench.now_us / 10_000;
+        let noise = f64::from(self.bench.noise(LANDING_TARGET, tick));
         FrameReport {
             exposed_us: self.latency_us.map(|latency_us| now - latency_us),
             arrived_us: now - 5_000,
@@ -43,7 +45,7 @@ impl CameraBench {
             dropped: 1,
             unreadable: 0,
             deck: self.sees.then_some(DeckFix {
-                position_m: [0.0, 0.0, -self.bench.height_m],
+                position_m: [noise, 0.0, -self.bench.height_m],
                 covariance_m2: [[1e-5, 0.0, 0.0], [0.0, 1e-5, 0.0], [0.0, 0.0, 1e-5]],
                 normal: [0.0, 0.0, 1.0],
                 tags: 2,

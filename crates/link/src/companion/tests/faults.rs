@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn prop_faults_in_control_hand_the_vehicle_over_and_nothing_descends_on_old_data() {
-    let cases: [(&str, Fault, f64, Ending); 12] = [
+    let cases: [(&str, Fault, f64, Ending); 14] = [
         ("no mode", |b| b.mute = vec![0], 4.0, Ending::ModeUnknown),
         (
             "a reset of the heading",
@@ -29,6 +29,18 @@ fn prop_faults_in_control_hand_the_vehicle_over_and_nothing_descends_on_old_data
         (
             "no specific force",
             |b| b.mute = vec![105],
+            1.0,
+            Ending::Stale,
+        ),
+        (
+            "an attitude that is frozen",
+            |b| b.frozen = vec![31],
+            1.0,
+            Ending::Stale,
+        ),
+        (
+            "a specific force that is frozen",
+            |b| b.frozen = vec![105],
             1.0,
             Ending::Stale,
         ),
@@ -84,13 +96,16 @@ fn prop_a_clock_that_steps_ahead_is_a_fault() {
 fn prop_without_target_the_vehicle_does_not_descend() {
     use touchdown_lander::state_machine::Phase;
     // The target gives the height as well, so that a range may be missing.
-    for (mute, descends) in [
-        (vec![149], false),
-        (vec![132, 149], false),
-        (vec![132], true),
+    for (mute, frozen, descends) in [
+        (vec![149], vec![], false),
+        (vec![132, 149], vec![], false),
+        (vec![132], vec![], true),
+        (vec![], vec![149], false),
+        (vec![132], vec![149], false),
     ] {
         let mut bench = Bench::flying();
         bench.mute.clone_from(&mute);
+        bench.frozen.clone_from(&frozen);
         // The last reading counts for 0.3 s.
         bench.run(0.5);
         let mut phases = Vec::new();
@@ -100,7 +115,11 @@ fn prop_without_target_the_vehicle_does_not_descend() {
         }
         let down =
             |phase: &Phase| matches!(phase, Phase::Descend | Phase::Commit | Phase::Touchdown);
-        assert_eq!(phases.iter().any(down), descends, "{mute:?}: {phases:?}");
+        assert_eq!(
+            phases.iter().any(down),
+            descends,
+            "{mute:?} {frozen:?}: {phases:?}"
+        );
     }
 }
 

@@ -33,6 +33,8 @@ struct Bench {
     parameters: BTreeMap<&'static str, f32>,
     /// Message ids that are not sent.
     mute: Vec<u32>,
+    /// Message ids whose values stay the same to the bit.
+    frozen: Vec<u32>,
     /// How far the autopilot's clock is ahead, µs.
     ahead_us: u64,
     /// How long readings are on their way, µs.
@@ -99,6 +101,7 @@ impl Bench {
             armed: true,
             parameters: parameters.into(),
             mute: Vec::new(),
+            frozen: Vec::new(),
             ahead_us: AHEAD_US,
             late_us: 0,
             height_m: 0.8,
@@ -231,23 +234,35 @@ impl Bench {
         }));
     }
 
+    /// What moves the last digits of a message: noise of the sensor.
+    fn noise(&self, message_id: u32, tick: u64) -> f32 {
+        if self.frozen.contains(&message_id) {
+            1e-4
+        } else {
+            1e-4 * (tick as f32).sin()
+        }
+    }
+
     fn readings(&mut self, tick: u64) {
         let time_boot_ms = self.boot_ms();
         self.deliver(&MavMessage::ATTITUDE_QUATERNION(ATTITUDE_QUATERNION_DATA {
             time_boot_ms,
             q1: (0.5 * self.yaw_rad).cos(),
+            q2: self.noise(31, tick),
             q4: (0.5 * self.yaw_rad).sin(),
             ..ATTITUDE_QUATERNION_DATA::default()
         }));
         if self.autopilot == PX4 {
             self.deliver(&MavMessage::HIGHRES_IMU(HIGHRES_IMU_DATA {
                 time_usec: u64::from(time_boot_ms) * 1000,
+                xacc: self.noise(105, tick),
                 zacc: self.specific_force,
                 ..HIGHRES_IMU_DATA::default()
             }));
         } else {
             self.deliver(&MavMessage::SCALED_IMU(SCALED_IMU_DATA {
                 time_boot_ms,
+                xacc: (2e4 * self.noise(26, tick)) as i16,
                 zacc: (self.specific_force / 9.80665e-3) as i16,
                 ..SCALED_IMU_DATA::default()
             }));
@@ -266,12 +281,14 @@ impl Bench {
             self.deliver(&MavMessage::LANDING_TARGET(LANDING_TARGET_DATA {
                 time_usec: u64::from(time_boot_ms) * 1000,
                 frame: MavFrame::MAV_FRAME_BODY_FRD,
+                x: self.noise(149, tick),
                 z: self.height_m as f32,
                 position_valid: MavBool::MAV_BOOL_TRUE,
                 ..LANDING_TARGET_DATA::default()
             }));
             self.deliver(&MavMessage::LOCAL_POSITION_NED(LOCAL_POSITION_NED_DATA {
                 time_boot_ms,
+                vx: self.noise(32, tick),
                 ..LOCAL_POSITION_NED_DATA::default()
             }));
         }
