@@ -207,6 +207,8 @@ pub struct Companion {
 struct Times {
     now: i64,
     tick: Option<i64>,
+    /// When this process went on after it had stood still.
+    resumed: Option<i64>,
     heartbeat: Option<i64>,
     sync: Option<i64>,
     requests: Option<i64>,
@@ -218,6 +220,29 @@ struct Times {
     command: Option<i64>,
     /// Ctrl-C.
     stop: Option<i64>,
+}
+
+/// Time without a tick after which this process has stood still, µs: ten ticks. Half of it takes a busy computer for one; with
+/// twice of it, a setpoint follows a take-over that was not read for 0.2 s.
+const STANDSTILL_US: i64 = 100_000;
+/// Time for which what is read afterwards may have waited, µs. The thread that reads the link needs some milliseconds.
+const BACKLOG_US: i64 = 100_000;
+
+impl Times {
+    fn notice_a_standstill(&mut self) {
+        if self
+            .tick
+            .is_some_and(|tick| self.now - tick > STANDSTILL_US)
+        {
+            self.resumed = Some(self.now);
+        }
+    }
+
+    /// Whether reports may be older than they seem, because this process stood still.
+    fn catches_up(&self) -> bool {
+        let since = self.resumed.map(|resumed| self.now - resumed);
+        since.is_some_and(|since| since < BACKLOG_US)
+    }
 }
 
 /// Whether `period_us` have passed since `last`, which then becomes now.
@@ -279,6 +304,7 @@ impl Companion {
     pub fn handle(&mut self, at_us: u64, event: Event<'_>, out: &mut Vec<u8>) {
         let now = i64::try_from(at_us).unwrap_or(i64::MAX).max(self.times.now);
         self.times.now = now;
+        self.times.notice_a_standstill();
         match event {
             Event::Received(bytes) => {
                 let unsigned = self.decoder.counts.unsigned;

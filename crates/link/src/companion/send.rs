@@ -2,7 +2,7 @@
 
 use touchdown_flight::{Attitude, Vector};
 
-use super::{Companion, Stage, messages};
+use super::{Companion, Stage, Vehicle, messages};
 use crate::axes;
 
 /// Age beyond which a mode report does not show who flies, µs: half as long again as the second between the
@@ -18,7 +18,9 @@ const POSITION_REQUESTS: u32 = 5;
 impl Companion {
     /// Sends attitude and throttle through the thrust curve; without them, level and thrust zero.
     pub(super) fn setpoint(&mut self, command: Option<(Attitude<f64>, f64)>, out: &mut Vec<u8>) {
-        let (Some(vehicle), Some(way)) = (self.vehicle, self.thrust) else {
+        let (Some(vehicle), Some(way), false) =
+            (self.vehicle, self.thrust, self.times.catches_up())
+        else {
             return;
         };
         let (attitude, thrust) = match command {
@@ -48,7 +50,7 @@ impl Companion {
     }
 
     pub(super) fn switch(&mut self, out: &mut Vec<u8>) {
-        if let Some(vehicle) = self.vehicle {
+        if let (Some(vehicle), false) = (self.vehicle, self.times.catches_up()) {
             let mode = vehicle.autopilot.modes().following;
             self.send(&messages::set_mode(vehicle.system, mode), out);
         }
@@ -56,9 +58,11 @@ impl Companion {
 
     /// Whether a recent report shows that the vehicle still follows the companion.
     fn follows_surely(&self) -> bool {
-        let now = self.times.now;
-        self.vehicle
-            .is_some_and(|vehicle| vehicle.following && now - vehicle.mode_us <= MODE_KNOWN_US)
+        let recent = |vehicle: &Vehicle| self.times.now - vehicle.mode_us <= MODE_KNOWN_US;
+        let follows = self
+            .vehicle
+            .is_some_and(|vehicle| vehicle.following && recent(&vehicle));
+        follows && !self.times.catches_up()
     }
 
     pub(super) fn disarm(&mut self, out: &mut Vec<u8>) {

@@ -195,7 +195,11 @@ impl Companion {
         };
         let following = vehicle.autopilot.follows(custom_mode);
         let switched = following && !vehicle.following;
-        (vehicle.following, vehicle.armed, vehicle.mode_us) = (following, armed, now);
+        (vehicle.following, vehicle.armed) = (following, armed);
+        // A report that has waited does not show who flies now, unless it is somebody else.
+        if !following || !self.times.catches_up() {
+            vehicle.mode_us = now;
+        }
         match self.stage {
             Stage::Ready if switched && armed => {
                 self.echo.begin(now);

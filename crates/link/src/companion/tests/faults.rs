@@ -302,3 +302,50 @@ fn prop_a_companion_that_was_stopped_for_seconds_sends_no_setpoint() {
     assert_eq!(bench.setpoints(), before);
     bench.ends(Stage::HandingOver, Ending::Silent);
 }
+
+#[test]
+fn prop_after_a_standstill_nothing_follows_a_take_over_that_had_not_been_read() {
+    // The pilot takes over while the process stands still: reports of before and after wait in its buffers.
+    for standstill_us in [300_000, 500_000, 1_000_000, 3_000_000] {
+        for ticks_first in [false, true] {
+            let mut bench = Bench::flying();
+            bench.run(0.5);
+            let (setpoints, holds) = (bench.setpoints(), bench.holds());
+            bench.now_us += standstill_us;
+            if ticks_first {
+                bench.event(Event::Tick);
+            }
+            bench.now_us += 2_000;
+            bench.heartbeat();
+            for _ in 0..3 {
+                bench.now_us += 10_000;
+                bench.event(Event::Tick);
+            }
+            bench.mode = POSITION;
+            bench.heartbeat();
+            bench.run(8.0);
+            let name = format!("{standstill_us} {ticks_first}");
+            assert_eq!(bench.setpoints(), setpoints, "{name}");
+            assert_eq!(bench.holds(), holds, "{name}");
+            assert_eq!(bench.companion.stage(), Stage::Ended, "{name}");
+        }
+    }
+}
+
+#[test]
+fn prop_a_companion_that_stood_still_goes_on_or_asks_for_a_holding_mode() {
+    let mut bench = Bench::flying();
+    bench.now_us += 300_000;
+    let before = bench.setpoints();
+    bench.run(1.0);
+    assert_eq!(bench.companion.stage(), Stage::InControl);
+    // A hundred ticks but those of the first 0.1 s.
+    assert_eq!(bench.setpoints() - before, 90);
+    for standstill_us in [1_000_000, 3_000_000] {
+        let mut bench = Bench::flying();
+        bench.now_us += standstill_us;
+        bench.event(Event::Tick);
+        bench.run(2.5);
+        assert!(bench.holds() > 0, "{standstill_us}");
+    }
+}
