@@ -7,6 +7,9 @@ use serde::Serialize;
 
 use crate::autopilot::Autopilot;
 
+/// Requests, one a second, after which an autopilot that has not answered any is said to do so.
+const UNANSWERED: u32 = 3;
+
 /// Values of parameters as the autopilot last reported them, and the companion's changes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters {
@@ -23,8 +26,13 @@ pub struct Change {
     pub before: f64,
     /// The value that the companion asked for.
     pub after: f64,
+    /// Whether the autopilot has reported the value that was asked for.
+    pub confirmed: bool,
     /// Whether the value before was written back and confirmed.
     pub restored: bool,
+    /// How often the value was asked for.
+    #[serde(skip)]
+    asked: u32,
     #[serde(skip)]
     kind: MavParamType,
 }
@@ -56,6 +64,7 @@ impl Parameters {
             .filter(|change| change.name == *name)
         {
             change.restored = same(number, change.before);
+            change.confirmed |= same(number, change.after);
         }
         true
     }
@@ -70,11 +79,21 @@ impl Parameters {
             name,
             before,
             after,
+            confirmed: false,
             restored: false,
+            asked: 0,
             kind,
         };
         self.changes.push(change.clone());
         Some(change)
+    }
+
+    /// The change of a parameter, once more asked for; and whether the autopilot has not answered for long.
+    pub(crate) fn asks(&mut self, name: &str) -> Option<(Change, bool)> {
+        let change = self.changes.iter_mut().find(|c| c.name == name)?;
+        change.asked += 1;
+        let unanswered = !change.confirmed && change.asked == UNANSWERED;
+        Some((change.clone(), unanswered))
     }
 
     /// The changes.

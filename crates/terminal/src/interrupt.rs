@@ -65,11 +65,17 @@ impl Interrupt {
 /// SIGTERM, and the SIGHUP of a closed terminal.
 #[cfg(unix)]
 mod termination {
-    use signal_hook::consts::{SIGHUP, SIGTERM};
+    use std::sync::Arc;
+
+    use signal_hook::consts::{SIGHUP, SIGTERM, SIGXFSZ};
     use signal_hook::iterator::Signals;
 
     /// Handles the first of these signals in a thread of its own.
+    ///
+    /// SIGXFSZ is handled too, by doing nothing: a file that passes the limit of the shell is then an error of that write, as a
+    /// full disk is, and does not end the process.
     pub(super) fn handle(mut handler: impl FnMut() + Send + 'static) {
+        let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let ignored = ignored(&status);
         let handled = [SIGTERM, SIGHUP]

@@ -180,6 +180,8 @@ pub struct Companion {
     ending: Option<Ending>,
     notes: Vec<String>,
     other_senders: u64,
+    /// Whether an autopilot with another system id than the wanted one was noted.
+    noticed_another: bool,
     times: Times,
     echo: Echo,
     /// Time between the newest two ticks, µs.
@@ -283,6 +285,7 @@ impl Companion {
             ending: None,
             notes: Vec::new(),
             other_senders: 0,
+            noticed_another: false,
             times: Times::default(),
             echo: Echo::default(),
             elapsed_us: 0,

@@ -29,8 +29,12 @@ impl Companion {
                     change.before as f32, change.after as f32
                 ));
             }
-            let mut changes = self.parameters.changes().iter();
-            if let Some(change) = changes.find(|change| change.name == *name) {
+            if let Some((change, unanswered)) = self.parameters.asks(name) {
+                if unanswered {
+                    self.notes.push(format!(
+                        "parameter {name}: the autopilot has not confirmed the change; it is asked for once a second"
+                    ));
+                }
                 let (value, kind) = change.forth(vehicle.autopilot);
                 let message = messages::set_parameter(vehicle.system, name, value, kind);
                 self.send(&message, out);
@@ -50,10 +54,14 @@ impl Companion {
         }
         if now - self.times.stage > RESTORE_US {
             for change in self.parameters.unrestored() {
-                self.notes.push(format!(
-                    "parameter {} was NOT written back: set it to {}",
-                    change.name, change.before
-                ));
+                let known = if change.confirmed {
+                    "was NOT written back"
+                } else {
+                    "may be changed: the autopilot confirmed neither the change nor the old value"
+                };
+                let (name, before) = (change.name, change.before as f32);
+                self.notes
+                    .push(format!("parameter {name} {known}. Set it to {before}"));
             }
             self.enter(Stage::Ended);
             return;

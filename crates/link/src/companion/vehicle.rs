@@ -147,6 +147,7 @@ impl Companion {
             .is_none_or(|vehicle| vehicle.system == frame.system);
         let (Some(autopilot), true) = (autopilot, known) else {
             self.other_senders += 1;
+            self.notice_another(frame, heartbeat);
             return;
         };
         let now = self.times.now;
@@ -185,6 +186,22 @@ impl Companion {
             return;
         }
         self.mode(heartbeat.custom_mode, armed);
+    }
+
+    /// Says once that an autopilot is heard which is not the one that the settings name.
+    fn notice_another(&mut self, frame: &Frame, heartbeat: &HEARTBEAT_DATA) {
+        let wanted = self.settings.system_id;
+        let autopilot = Autopilot::of(heartbeat.autopilot, heartbeat.mavtype);
+        let (Some(autopilot), None, false) = (autopilot, self.vehicle, self.noticed_another) else {
+            return;
+        };
+        if wanted != 0 && wanted != frame.system && frame.component == AUTOPILOT {
+            self.noticed_another = true;
+            let (name, found) = (autopilot.name(), frame.system);
+            self.notes.push(format!(
+                "system_id: expected an autopilot with system id {wanted}, found {name} with system id {found}: it is ignored"
+            ));
+        }
     }
 
     /// The autopilot reports its mode.

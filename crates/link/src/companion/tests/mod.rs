@@ -35,6 +35,8 @@ struct Bench {
     mute: Vec<u32>,
     /// Message ids whose values stay the same to the bit.
     frozen: Vec<u32>,
+    /// Whether it does not hear PARAM_SET.
+    deaf: bool,
     /// How far the autopilot's clock is ahead, µs.
     ahead_us: u64,
     /// How long readings are on their way, µs.
@@ -102,6 +104,7 @@ impl Bench {
             parameters: parameters.into(),
             mute: Vec::new(),
             frozen: Vec::new(),
+            deaf: false,
             ahead_us: AHEAD_US,
             late_us: 0,
             height_m: 0.8,
@@ -182,7 +185,7 @@ impl Bench {
                 self.deliver(&MavMessage::TIMESYNC(answer));
             }
             MavMessage::PARAM_REQUEST_READ(m) => self.parameter(m.param_id.to_str().unwrap()),
-            MavMessage::PARAM_SET(m) => {
+            MavMessage::PARAM_SET(m) if !self.deaf => {
                 let name = m.param_id.to_str().unwrap();
                 if let Some(value) = self.parameters.get_mut(name) {
                     *value = m.param_value;

@@ -72,7 +72,7 @@ fn prop_nothing_is_written_back_while_the_vehicle_may_need_it() {
     assert_eq!(values(&bench), (0.2, 5));
     let said = bench.companion.take_notes().join("\n");
     assert!(
-        said.contains("COM_OBL_RC_ACT was NOT written back: set it to 3"),
+        said.contains("COM_OBL_RC_ACT was NOT written back. Set it to 3"),
         "{said}"
     );
 }
@@ -86,4 +86,27 @@ fn prop_ctrl_c_before_control_writes_back_too() {
     bench.run(1.0);
     bench.ends(Stage::Ended, Ending::Stopped);
     assert_eq!(values(&bench), (1.1, 3));
+}
+
+#[test]
+fn prop_a_change_that_is_never_confirmed_is_said_and_not_taken_for_one() {
+    let mut bench = changing();
+    bench.deaf = true;
+    bench.run(8.0);
+    let said = bench.companion.take_notes().join("\n");
+    let times = |words: &str| said.matches(words).count();
+    assert_eq!(
+        times("COM_OF_LOSS_T: the autopilot has not confirmed"),
+        1,
+        "{said}"
+    );
+    bench.event(Event::Stop);
+    bench.run(8.0);
+    assert_eq!(bench.companion.stage(), Stage::Ended);
+    let said = bench.companion.take_notes().join("\n");
+    let expected = "COM_OF_LOSS_T may be changed: the autopilot confirmed neither the change nor the old value. Set it to 1.1";
+    assert!(
+        said.contains(expected) && !said.contains("1.10000"),
+        "{said}"
+    );
 }

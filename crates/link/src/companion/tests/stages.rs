@@ -250,3 +250,14 @@ fn prop_ctrl_c_on_the_deck_waits_for_the_disarming() {
     bench.run(5.5);
     bench.ends(Stage::Ended, Ending::Stopped);
 }
+
+#[test]
+fn prop_an_autopilot_with_another_system_id_is_named_once() {
+    let mut bench = Bench::new();
+    bench.companion.settings.system_id = 77;
+    bench.run(4.0);
+    assert_eq!(bench.companion.stage(), Stage::Waiting);
+    let said = bench.companion.take_notes();
+    let expected = "system_id: expected an autopilot with system id 77, found PX4 with system id 7: it is ignored";
+    assert_eq!(said, [expected]);
+}

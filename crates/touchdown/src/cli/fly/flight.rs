@@ -52,23 +52,26 @@ impl Drop for Outgoing {
     }
 }
 
-/// Flies until the companion has ended. The recording begins once settings and link are found good: a flight that is
-/// refused leaves the file of the one before.
+/// Flies until the companion has ended: the summary, and whether the recording is whole. The recording begins once settings, link
+/// and camera are found good: a flight that is refused leaves the file of the one before.
 pub(super) fn fly(
     context: &Context,
     settings: &FlightSettings,
     session: &Session,
     record: impl FnOnce() -> Result<Recorder>,
     interrupt: &Interrupt,
-) -> Result<Summary> {
+) -> Result<(Summary, Result<()>)> {
     let companion = Companion::new(settings, session).map_err(touchdown_link::LinkError::from)?;
     let address: Address = settings.link.parse()?;
     let (receiver, sender) = transport::open(&address, session.signing)?;
     let ((free_in, used_in), (free_out, used_out)) = (turned(pool()), turned(pool()));
-    let recorder = RecorderThread::start(record()?, used_in, used_out);
     let (arriving, arrivals) = mpsc::sync_channel(WAITING);
     let start = Instant::now();
-    let camera = Camera::start(settings, start, arriving.clone(), recorder.images())?;
+    let mut camera = Camera::start(settings, start)?;
+    let recorder = RecorderThread::start(record()?, used_in, used_out);
+    if let Some(camera) = &mut camera {
+        camera.look(arriving.clone(), recorder.images());
+    }
     listen(receiver, free_in, arriving);
     let mut flight = Flight {
         companion,
@@ -96,8 +99,7 @@ pub(super) fn fly(
         address: settings.link.clone(),
         source,
     })?;
-    recorded?;
-    Ok(flight.companion.summary())
+    Ok((flight.companion.summary(), recorded))
 }
 
 fn turned<A, B>((a, b): (A, B)) -> (B, A) {

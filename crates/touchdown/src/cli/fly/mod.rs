@@ -59,13 +59,14 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
                 let recorder = Recorder::create(&args.out, &settings, &session)?;
                 Ok(recorder.watched_by(watcher))
             };
-            let summary = flight::fly(context, &settings, &session, record, &interrupt)?;
+            let (summary, recorded) =
+                flight::fly(context, &settings, &session, record, &interrupt)?;
             context.say(&closing(&summary, &args.out));
             context.line_object(&Flown {
                 recording: &args.out,
                 flight: &summary,
             });
-            Ok(Done::Whole)
+            recorded.map(|()| Done::Whole)
         }
         (None, None) => Err(Error::Arguments(
             "a flight needs its settings: touchdown settings fly > flight.toml".to_string(),

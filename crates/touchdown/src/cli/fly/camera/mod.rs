@@ -44,17 +44,15 @@ struct Shared {
 pub(super) struct Camera {
     shared: Arc<Shared>,
     program: Option<Program>,
+    clock: CameraClock,
+    record_us: Option<i64>,
+    waiting: Option<Pipeline>,
     pipeline: Option<JoinHandle<()>>,
 }
 
 impl Camera {
     /// Starts the camera that the settings name, if they do. Times count from `start`.
-    pub(super) fn start(
-        settings: &FlightSettings,
-        start: Instant,
-        arriving: SyncSender<Arrival>,
-        images: Images,
-    ) -> Result<Option<Self>> {
+    pub(super) fn start(settings: &FlightSettings, start: Instant) -> Result<Option<Self>> {
         let camera = &settings.camera;
         let Some(source) = camera.source().map_err(LinkError::from)? else {
             return Ok(None);
@@ -86,20 +84,31 @@ impl Camera {
                 Arc::clone(&shared),
             )?),
         };
-        let look = Look {
-            shared: Arc::clone(&shared),
-            pipeline,
+        Ok(Some(Self {
+            shared,
+            program,
             clock,
             record_us: (camera.record_hz > 0.0).then(|| (1e6 / camera.record_hz) as i64),
+            waiting: Some(pipeline),
+            pipeline: None,
+        }))
+    }
+
+    /// Looks for the deck from now on.
+    pub(super) fn look(&mut self, arriving: SyncSender<Arrival>, images: Images) {
+        let Some(pipeline) = self.waiting.take() else {
+            return;
+        };
+        let look = Look {
+            shared: Arc::clone(&self.shared),
+            pipeline,
+            clock: self.clock,
+            record_us: self.record_us,
             recorded_us: i64::MIN,
             arriving: Goodbye(arriving),
             images,
         };
-        Ok(Some(Self {
-            shared,
-            program,
-            pipeline: Some(std::thread::spawn(move || look.run())),
-        }))
+        self.pipeline = Some(std::thread::spawn(move || look.run()));
     }
 
     /// Tells the pipeline the vehicle's attitude. It never waits.
