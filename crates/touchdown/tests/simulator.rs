@@ -212,6 +212,6 @@ fn prop_a_program_that_is_none_is_refused() {
     std::fs::write(folder.path().join("deck.toml"), DECK).unwrap();
     let output = simulated(folder.path(), "px4", "none", &["--own-landing"]);
     let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("the autopilot's program"), "{said}");
 }

@@ -105,7 +105,7 @@ pub(crate) struct SimulatorArgs {
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub(crate) speed: f64,
     /// Landings, one after the other, each with a fresh autopilot
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) trials: u64,
     /// Seed of all random numbers [default: that of the scenario]
     #[arg(long)]

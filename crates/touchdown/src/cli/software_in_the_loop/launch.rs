@@ -293,6 +293,8 @@ pub(super) fn absolute(program: &Path) -> Result<PathBuf> {
     } else {
         "no file"
     };
-    let unfit = format!("expected the autopilot's program, found {found}");
-    Err(Error::file(program, std::io::Error::other(unfit)))
+    Err(Error::Arguments(format!(
+        "{}: expected the autopilot's program, found {found}",
+        program.display()
+    )))
 }
