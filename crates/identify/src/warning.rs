@@ -103,6 +103,11 @@ pub enum Warning {
     HeightsOfFilter,
     /// The ground moved below flights that do not show the wake's lag.
     MovingGroundWithoutLag,
+    /// A throttle that was logged less often than the acceleration.
+    ThrottleBetweenRows {
+        /// Time between two values of the throttle (s).
+        period_s: f64,
+    },
     /// Thrust at one throttle differs from one armed interval to the next.
     ThrustScatter {
         /// Standard deviation over mean.
@@ -274,6 +279,12 @@ impl fmt::Display for Warning {
             Self::MovingGroundWithoutLag => f.write_str(
                 "the ground moved, and the lag of the wake is not known: a vehicle that only descends meets the extra lift late, which may then lie above its \
                  interval, most of all beyond one rotor radius. Fly quick climbs and descents below two rotor radii",
+            ),
+            Self::ThrottleBetweenRows { period_s } => write!(
+                f,
+                "throttle was logged every {period_s:.3} s, less often than the acceleration: where commands changed in between, the motor lag and \
+                 the delay are too short by up to {period_s:.3} s, and the climb damping may lie outside its interval. Log the throttle as often as \
+                 the controller commands it"
             ),
             Self::ThrustScatter { share } => write!(
                 f,

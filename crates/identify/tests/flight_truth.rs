@@ -11,6 +11,7 @@ use touchdown_identify::estimate::Estimate;
 use touchdown_identify::flights::{
     Basis, Flight, FlightSettings, ground_effect, ground_effect_by_routes,
 };
+use touchdown_identify::warning::Warning;
 use touchdown_identify::{IdentificationSettings, Origin};
 use touchdown_trial::Trial;
 
@@ -292,4 +293,50 @@ fn regress_heights_of_a_filter_beside_an_accelerometer_come_with_a_warning() {
             .any(|w| w.to_string().contains("but of an estimate"))
     };
     assert_eq!([true, false].map(warned), [true, false]);
+}
+
+/// A log whose throttle is written in every `every`-th row and held in between.
+fn with_throttle_every(trial: &Trial, every: usize) -> Trial {
+    let mut slow = Trial::new(trial.name(), trial.time_s().to_vec()).unwrap();
+    for (name, values) in trial.channels() {
+        let held = |i: usize| values[if name == "throttle" { i - i % every } else { i }];
+        slow.insert(name, (0..values.len()).map(held).collect())
+            .unwrap();
+    }
+    slow
+}
+
+#[test]
+fn prop_a_throttle_that_is_logged_less_often_than_the_acceleration_is_warned_of() {
+    let vehicle = Vehicle::default();
+    let all = IdentificationSettings {
+        flight: FlightSettings {
+            rotor_radius_m: Some(vehicle.rotor_radius_m),
+            ..FlightSettings::default()
+        },
+        ..IdentificationSettings::default()
+    };
+    let warned = |every: usize| {
+        let log = |seed| with_throttle_every(&fly(&vehicle, seed), every);
+        let logs = (75_000..75_004).map(|seed| Flight::of(&log(seed), &all.flight).unwrap());
+        let found = ground_effect(&logs.collect::<Vec<_>>(), &all.flight).unwrap();
+        let delay = found.delay_s().expect("a delay");
+        let said = found.card(&all, &Origin::default()).warnings;
+        let said = said.iter().find_map(|w| match w {
+            Warning::ThrottleBetweenRows { period_s } => Some(*period_s),
+            _ => None,
+        });
+        (delay, said)
+    };
+    let (delay, said) = warned(1);
+    assert_eq!(said, None);
+    // Three standard errors: the seeds are fixed.
+    assert!((delay.value - vehicle.motor_lag_s).abs() < 3.0 * delay.std_error);
+    // The commands of this vehicle change in every row: half of them are logged a row late, and the delay is too short.
+    let (late, said) = warned(2);
+    let period_s = said.expect("a warning");
+    // The stamps are whole rows: rounding only.
+    assert!((period_s - 2.0 / vehicle.log_hz).abs() < 1e-9);
+    let short = delay.value - late.value;
+    assert!(short > 0.0 && short < period_s, "{short}");
 }

@@ -8,12 +8,13 @@ use touchdown_model::flight::psi_definitions;
 
 use super::drift::DRIFT_S;
 use super::ground::{Basis, GroundEffect};
-use super::model::{Curve, LENGTHS, ModelTerms};
+use super::model::{Curve, LENGTHS, ModelTerms, Segment};
 use super::trajectory::Noise;
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, score};
 use crate::scores::Errors;
 use crate::settings::IdentificationSettings;
+use crate::thrust::plateau::median;
 use crate::warning::{Warning, sentences};
 
 /// Heights that a curve is carried over into bounded rationals at.
@@ -25,6 +26,10 @@ const STRETCH: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
 /// A curve that is missed by more than this share of its greatest value is warned of.
 /// Curves of ten flights are known to some 10 %: the card may add half of that in silence.
 const MISSED: f64 = 0.05;
+
+/// Steps of the acceleration between two values of the throttle from which it counts as logged less often. Jitter of two streams of
+/// one rate makes 1.1, half the rate 2.
+const BETWEEN_ROWS: f64 = 1.5;
 
 /// A curve as `Σ h_i ψ_i(z)`.
 struct RationalCurve {
@@ -177,8 +182,9 @@ impl GroundEffect {
         mut card: Card,
         settings: &IdentificationSettings,
         lag_s: Option<f64>,
-        warnings: Vec<Warning>,
+        mut warnings: Vec<Warning>,
     ) -> FittedCard {
+        warnings.extend(self.throttle_between_rows());
         let (errors, unit) = self.errors(settings, &card.vehicle);
         card.scores
             .push(score("all flights", true, "free_run", errors, unit));
@@ -193,6 +199,16 @@ impl GroundEffect {
             front: None,
             warnings,
         }
+    }
+
+    /// A throttle that is logged less often than the acceleration whose lag is identified.
+    fn throttle_between_rows(&self) -> Option<Warning> {
+        let throttle_every_s = self.throttle_period_s;
+        let step_s = median(self.pieces.iter().map(Segment::step_s))?;
+        let slower = throttle_every_s > BETWEEN_ROWS * step_s;
+        (slower && self.delay_s().is_some()).then_some(Warning::ThrottleBetweenRows {
+            period_s: throttle_every_s,
+        })
     }
 
     /// The delay from throttle to acceleration in words.

@@ -81,6 +81,8 @@ pub struct GroundEffect {
     pub pieces: Vec<Segment>,
     /// Throttle in hover.
     pub hover_throttle: f64,
+    /// Time between two values of the throttle, of the log where it is longest (s).
+    pub(super) throttle_period_s: f64,
     /// The model.
     pub fit: Fit,
     /// Its uncertainty.
@@ -236,6 +238,7 @@ pub(super) fn from_force(
         noise,
         phases,
         hover_throttle: cut.hover_throttle,
+        throttle_period_s: slowest_throttle_s(flights),
         left_out: cut.left_out,
         pieces: cut.pieces,
         fit,

@@ -18,7 +18,7 @@ use super::fit::{Fit, fit};
 pub use super::rest::{Hover, ThrustLaw};
 use super::selection::{Candidate, ModelSelection};
 
-use super::ground::{Basis, GroundEffect};
+use super::ground::{Basis, GroundEffect, slowest_throttle_s};
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
 use super::resampling::{FEWEST, Resampling, below};
@@ -82,6 +82,7 @@ pub(super) fn ground_effect(
         phases,
         pieces,
         hover_throttle,
+        throttle_period_s: slowest_throttle_s(flights),
         fit,
         spread,
         tried,

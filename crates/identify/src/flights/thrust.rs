@@ -219,6 +219,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         noise: None,
         phases,
         hover_throttle: cut.hover_throttle,
+        throttle_period_s: slowest_throttle_s(flights),
         left_out: cut.left_out,
         pieces: cut.pieces,
         fit,
