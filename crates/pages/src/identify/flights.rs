@@ -4,6 +4,7 @@ use touchdown_identify::FittedCard;
 use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{Basis, Flight, GroundEffect, Refusal, Route};
+use touchdown_identify::warning::Warning;
 use touchdown_model::Form;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
@@ -68,7 +69,12 @@ pub fn flight_warnings(
     }
     all.extend(of_logs);
     match thrust {
-        Some(thrust) => all.extend(thrust.warnings.iter().map(|w| format!("thrust card: {w}"))),
+        Some(thrust) => {
+            // What the card of the ground effect says as well is said once.
+            let once = |w: &&Warning| !matches!(w, Warning::ThrottleBetweenRows { .. });
+            let own = thrust.warnings.iter().filter(once);
+            all.extend(own.map(|w| format!("thrust card: {w}")));
+        }
         None => all.push(
             "no thrust card: it needs the mass ([flight] mass_kg), the accelerometer and the motors' lag (throttle logged \
              fast enough)"
