@@ -122,12 +122,20 @@ impl<R: Real> Library<R> {
         x
     }
 
-    /// The greatest root of the derivative: above it x falls, so it is stable.
+    /// The greatest root of the derivative above which x falls: the greatest stable one. Where x rises everywhere, the greatest x.
     pub(super) fn rest(&self, s: R) -> R {
         let mut high = r::<R>(super::ROOT_THRUST_MAX);
         let least = r::<R>(super::ROOT_THRUST_MIN);
+        // A cubic term above zero lets x rise without end above a root that no vehicle reaches. From the top in steps of 10 % until x
+        // falls.
         let mut low = high;
-        // From the top in steps of 10 % until x no longer falls.
+        while !(self.derivative(low, s) < R::ZERO) {
+            low *= r(0.9);
+            if low <= least {
+                return high;
+            }
+        }
+        // Further until it no longer falls.
         while self.derivative(low, s) < R::ZERO {
             high = low;
             low *= r(0.9);
@@ -221,6 +229,33 @@ impl<'a, R: Real> Near<'a, R> {
 #[cfg(test)]
 mod tests {
     use super::{Library, Near};
+    use crate::thrust::ROOT_THRUST_MAX;
+
+    #[test]
+    fn analytic_rest_is_the_greatest_stable_root() {
+        // x³ - 84 x + 160 has the roots -10, 2 and 8.
+        let cubic = |scale: f64| Library {
+            one: 160.0 * scale,
+            x: -84.0 * scale,
+            s: 0.0,
+            s2: 0.0,
+            x3: scale,
+            s3: 0.0,
+            exp_neg_x_s: 0.0,
+            sin_x_s: 0.0,
+        };
+        // x falls between 2 and 8 and rises without end above 8, as fits without data there do; bisection to rounding.
+        assert!((cubic(1.0).rest(0.5) - 2.0).abs() < 1e-12);
+        // The other way round 8 is stable.
+        assert!((cubic(-1.0).rest(0.5) - 8.0).abs() < 1e-12);
+        let rises = Library {
+            one: 1.0,
+            x: 0.0,
+            x3: 0.0,
+            ..cubic(1.0)
+        };
+        assert_eq!(rises.rest(0.5), ROOT_THRUST_MAX);
+    }
 
     #[test]
     fn analytic_close_to_a_state_it_is_the_derivative() {

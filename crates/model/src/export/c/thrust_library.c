@@ -78,28 +78,36 @@ static REAL family_step(REAL state, REAL s, REAL dt)
     return x;
 }
 
-/* The greatest root of the derivative: above it x falls, so it is stable. */
+/* The greatest root of the derivative above which x falls: the greatest stable one. Where x rises everywhere, the greatest x. */
 static REAL family_rest(REAL s)
 {
     REAL high = R(30.0);
     REAL low = high;
     int32_t i;
     bool falls = library_derivative(low, s) < R(0.0);
-    while (falls) {
-        high = low;
+    while ((!falls) && (low > R(0.3))) {
         low = low * R(0.9);
         falls = (low > R(0.3)) && (library_derivative(low, s) < R(0.0));
     }
-    if (low <= R(0.3)) {
-        low = R(0.3);
-    }
-    for (i = 0; i < 60; i++) {
-        const REAL middle = R(0.5) * (low + high);
-        if (library_derivative(middle, s) < R(0.0)) {
-            high = middle;
-        } else {
-            low = middle;
+    if (falls) {
+        while (falls) {
+            high = low;
+            low = low * R(0.9);
+            falls = (low > R(0.3)) && (library_derivative(low, s) < R(0.0));
         }
+        if (low <= R(0.3)) {
+            low = R(0.3);
+        }
+        for (i = 0; i < 60; i++) {
+            const REAL middle = R(0.5) * (low + high);
+            if (library_derivative(middle, s) < R(0.0)) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+    } else {
+        low = high;
     }
     return low;
 }
