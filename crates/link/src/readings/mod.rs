@@ -30,7 +30,7 @@ mod tests;
 pub use source::Source;
 
 use deck::Positions;
-use frozen::{Same, SameRange};
+use frozen::{Same, SameBeside};
 use queue::values;
 use repeats::RangeRepeats;
 use target::TargetError;
@@ -115,7 +115,10 @@ pub struct Inbox {
     same: [Same; 5],
     same_globe: Same,
     same_external: Same,
-    same_range: SameRange,
+    same_range: SameBeside,
+    same_force: SameBeside,
+    /// Whether specific forces come in thousandths of g.
+    coarse_force: bool,
     pending: Vec<(i64, Reading<f64>)>,
     /// The readings of the present step.
     ready: Vec<Reading<f64>>,
@@ -172,7 +175,9 @@ impl Inbox {
             same: [Same::default(); 5],
             same_globe: Same::default(),
             same_external: Same::default(),
-            same_range: SameRange::default(),
+            same_range: SameBeside::default(),
+            same_force: SameBeside::default(),
+            coarse_force: false,
             pending: Vec::with_capacity(MOST_PENDING),
             ready: Vec::with_capacity(MOST_PENDING),
             jumped: false,
@@ -218,11 +223,13 @@ impl Inbox {
             MavMessage::HIGHRES_IMU(m) => {
                 let force = Vector::new(m.xacc, m.yacc, m.zacc);
                 let stamp = i64::try_from(m.time_usec).unwrap_or(i64::MAX);
+                self.coarse_force = false;
                 self.take_force(force.to_array().map(f64::from), stamp, clock, now_us);
             }
             MavMessage::SCALED_IMU(m) => {
                 // Thousandths of the standard gravity.
                 let force = [m.xacc, m.yacc, m.zacc].map(|a| f64::from(a) * 9.80665e-3);
+                self.coarse_force = true;
                 self.take_force(force, boot(m.time_boot_ms), clock, now_us);
             }
             MavMessage::DISTANCE_SENSOR(m) => {
@@ -314,6 +321,7 @@ impl Inbox {
         let stamp = boot(m.time_boot_ms);
         if let Some(at) = self.dated(Source::Velocity, values(&reading), stamp, clock, now_us) {
             self.positions.moves(at, position, velocity);
+            self.same_force.shows(velocity.z, 0.0);
             self.push(Source::Velocity, reading, at);
         }
     }
@@ -424,7 +432,8 @@ impl Inbox {
         (self.sum, self.summed) = (Vector::ZERO, 0);
         self.velocity_us = None;
         self.range_repeats.forget();
-        self.same_range = SameRange::default();
+        self.same_range = SameBeside::default();
+        self.same_force = SameBeside::default();
         self.pending.clear();
         self.normal = None;
         self.jumped = false;

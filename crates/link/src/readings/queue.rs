@@ -3,6 +3,7 @@
 use touchdown_flight::Vector;
 use touchdown_lander::estimate::relative::Reading;
 
+use super::frozen::{CHANGED_MPS, MOVED_M};
 use super::{FUTURE_US, Inbox, MOST_PENDING, Source};
 use crate::clock::ClockSync;
 
@@ -16,7 +17,8 @@ impl Inbox {
 
     pub(super) fn is_source_frozen(&mut self, source: Source, values: [f64; 4], at: i64) -> bool {
         self.is_frozen(|inbox| match source {
-            Source::Range => inbox.same_range.lasts(values[0]),
+            Source::Range => inbox.same_range.lasts(values, MOVED_M),
+            Source::Imu if inbox.coarse_force => inbox.same_force.lasts(values, CHANGED_MPS),
             _ => inbox.same[source as usize].lasts(values, at),
         })
     }
@@ -104,7 +106,7 @@ impl Inbox {
         if let (Reading::Tag(tag), Some((_, attitude))) = (&reading, self.attitude) {
             let down_m = -attitude.rotate(tag.position_m).z;
             let variance_m2 = tag.covariance_m2[2][2];
-            self.same_range.sees(down_m, variance_m2.max(0.0).sqrt());
+            self.same_range.shows(down_m, variance_m2.max(0.0).sqrt());
         }
         if self.pending.len() < MOST_PENDING {
             self.pending.push((at, reading));

@@ -3,7 +3,7 @@
 use super::*;
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, DISTANCE_SENSOR_DATA, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA,
-    HIGHRES_IMU_DATA, MavBool, ODOMETRY_DATA, VISION_POSITION_ESTIMATE_DATA,
+    HIGHRES_IMU_DATA, MavBool, ODOMETRY_DATA, SCALED_IMU_DATA, VISION_POSITION_ESTIMATE_DATA,
 };
 
 /// A clock of the autopilot that is 5 s ahead of ours.
@@ -151,6 +151,38 @@ fn analytic_values_that_stay_the_same_are_frozen_after_their_time() {
         "{ranges}, {until}; {targets}"
     );
     assert_eq!(frozen as usize, 50 - ranges);
+}
+
+/// Specific forces in thousandths of g that are used in a second of hover in which the velocity goes by `goes_mps`.
+fn coarse_forces_used(goes_mps: f32) -> u32 {
+    let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
+    inbox.arms(true);
+    for ms in (0..1000).step_by(20) {
+        let now_us = 1_000_000 + 1000 * i64::from(ms);
+        let time_boot_ms = 6_000 + ms;
+        let force = SCALED_IMU_DATA {
+            time_boot_ms,
+            zacc: -1000,
+            ..SCALED_IMU_DATA::default()
+        };
+        let velocity = LOCAL_POSITION_NED_DATA {
+            time_boot_ms,
+            vx: 1e-4 * (ms as f32).sin(),
+            vz: goes_mps * ms as f32 / 1000.0,
+            ..LOCAL_POSITION_NED_DATA::default()
+        };
+        inbox.take(&MavMessage::SCALED_IMU(force), &clock, now_us);
+        inbox.take(&MavMessage::LOCAL_POSITION_NED(velocity), &clock, now_us);
+    }
+    inbox.take_arrivals()[Source::Imu as usize]
+}
+
+#[test]
+fn analytic_forces_in_thousandths_of_g_are_frozen_where_the_velocity_changes() {
+    // A quiet hover: nothing says otherwise.
+    assert_eq!(coarse_forces_used(0.1), 50);
+    // A fall at 4 m/s²: the velocity has changed by 0.24 m/s after 60 ms, three messages, and the one after them is not used.
+    assert_eq!(coarse_forces_used(4.0), 4);
 }
 
 #[test]
