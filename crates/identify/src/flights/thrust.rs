@@ -150,7 +150,10 @@ const LEAST_EXPLAINED: f64 = 0.02;
 /// # Errors
 /// Logs without flight, some with and some without accelerometer, or thrust that does not follow the throttle.
 pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<GroundEffect> {
-    let poses = forces_from(flights)? != ForceFrom::Accelerometer;
+    let basis = match forces_from(flights)? {
+        ForceFrom::Accelerometer => Basis::Accelerometer,
+        _ => Basis::Poses,
+    };
     let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
     let mut cut = cut(flights, &phases, settings);
     let name = label(flights);
@@ -186,7 +189,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
     let with_lag = choice.best.value("elasticity");
     lag(
         &mut choice,
-        fast_enough.then_some(poses),
+        fast_enough.then_some(basis == Basis::Poses),
         slowest,
         settings,
         &mut refused,
@@ -208,18 +211,14 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
     let unit_m = settings.rotor_radius_m.unwrap_or(1.0);
     let heights_m = crate::fitted::range(heights.map(|z| z * unit_m));
     Ok(GroundEffect {
-        basis: if poses {
-            Basis::Poses
-        } else {
-            Basis::Accelerometer
-        },
+        basis,
         drift_of_time,
         rotor_radius_m: settings.rotor_radius_m.unwrap_or(f64::NAN),
         lag: None,
         noise: None,
         phases,
         hover_throttle: cut.hover_throttle,
-        throttle_period_s: slowest_throttle_s(flights),
+        throttle_period_s: slowest,
         left_out: cut.left_out,
         pieces: cut.pieces,
         fit,
