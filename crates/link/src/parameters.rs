@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::autopilot::Autopilot;
 
-/// Requests, one a second, after which an autopilot that has not answered any is said to do so.
+/// Requests, one a second, after which it is said that the autopilot has not confirmed the change.
 const UNANSWERED: u32 = 3;
 
 /// Values of parameters as the autopilot last reported them, and the companion's changes.
@@ -88,7 +88,7 @@ impl Parameters {
         Some(change)
     }
 
-    /// The change of a parameter, once more asked for; and whether the autopilot has not answered for long.
+    /// The change of a parameter, which is about to be asked for once more; and whether it is time to say that it is not confirmed.
     pub(crate) fn asks(&mut self, name: &str) -> Option<(Change, bool)> {
         let change = self.changes.iter_mut().find(|c| c.name == name)?;
         change.asked += 1;

@@ -5,7 +5,8 @@
 //! another sensor shows a motion: the position of the deck, or the velocity. Nobody can tell a deck that reports the same place again
 //! and again from one that rests.
 
-/// Time for which the same values may come, µs. Half of it is two frames of a slow camera; twice of it is a third of a second's fall.
+/// Time for which the same values may come, µs. Half of it is one period of a source at 10 Hz; twice of it lengthens the flight on an
+/// inertial unit that hangs by 0.2 s.
 const SAME_US: i64 = 200_000;
 /// Readings with the same values, at least: of a source at 10 Hz, two may be alike.
 const SAME_COUNT: u32 = 3;

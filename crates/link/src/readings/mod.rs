@@ -14,8 +14,8 @@
 //! new reading: it would count several times, and each time as if it were new.
 //!
 //! Stamps are of the autopilot's clock. A reading is ignored and counted if it is not finite, older than
-//! `sensors.greatest_age_s`, stamped in the future, repeated, frozen (see `frozen.rs`), or of another frame; so is every stamped reading before the clocks are
-//! synchronised. Beside a camera, positions of the deck that others report are ignored and counted.
+//! `sensors.greatest_age_s`, stamped in the future, repeated, frozen (see `frozen.rs`), or of another frame; so is every stamped
+//! reading before the clocks are synchronised. Beside a camera, positions of the deck that others report are ignored and counted.
 
 mod camera;
 mod deck;
