@@ -193,8 +193,13 @@ impl Inbox {
         self.range_repeats = RangeRepeats::of(autopilot);
     }
 
-    /// Whether the vehicle is armed.
+    /// Whether the vehicle is armed. What happened to it on the ground says nothing of readings in flight.
     pub fn arms(&mut self, armed: bool) {
+        if armed && !self.armed {
+            self.same = [Same::default(); 5];
+            (self.same_globe, self.same_external) = (Same::default(), Same::default());
+            (self.same_range, self.same_force) = (SameBeside::default(), SameBeside::default());
+        }
         self.armed = armed;
     }
 

@@ -153,6 +153,35 @@ fn analytic_values_that_stay_the_same_are_frozen_after_their_time() {
     assert_eq!(frozen as usize, 50 - ranges);
 }
 
+#[test]
+fn regress_a_vehicle_that_was_carried_and_is_armed_again_has_its_range() {
+    let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
+    let level = |time_boot_ms| ATTITUDE_QUATERNION_DATA {
+        time_boot_ms,
+        q1: 1.0,
+        ..Default::default()
+    };
+    // Armed, disarmed and carried, armed again: the range is that of the legs each time.
+    for (ms, armed, down_m) in [
+        (0, true, 0.1),
+        (20, false, 0.1),
+        (40, false, 0.9),
+        (60, true, 0.1),
+    ] {
+        let now_us = 1_000_000 + 1000 * i64::from(ms);
+        inbox.arms(armed);
+        inbox.take(
+            &MavMessage::ATTITUDE_QUATERNION(level(6_000 + ms)),
+            &clock,
+            now_us,
+        );
+        inbox.take(&range(10, 6_000 + ms), &clock, now_us);
+        inbox.take(&target(down_m, 6_000 + ms), &clock, now_us);
+        inbox.sense(now_us);
+        assert_eq!(inbox.ready().len(), 2, "{ms}");
+    }
+}
+
 /// Specific forces in thousandths of g that are used in a second of hover in which the velocity goes by `goes_mps`.
 fn coarse_forces_used(goes_mps: f32) -> u32 {
     let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
