@@ -108,6 +108,13 @@ pub enum Warning {
         /// Time between two values of the throttle (s).
         period_s: f64,
     },
+    /// Commands that act earlier than their log and its period explain.
+    ThrottleLoggedLate {
+        /// How long before the log (s).
+        late_s: f64,
+        /// Whether no longer time was tried.
+        at_bound: bool,
+    },
     /// Thrust at one throttle differs from one armed interval to the next.
     ThrustScatter {
         /// Standard deviation over mean.
@@ -282,9 +289,20 @@ impl fmt::Display for Warning {
             ),
             Self::ThrottleBetweenRows { period_s } => write!(
                 f,
-                "throttle was logged every {period_s:.3} s, less often than the acceleration: where commands changed in between, the motor lag and \
-                 the delay are too short by up to {period_s:.3} s, and the climb damping may lie outside its interval. Log the throttle as often as \
-                 the controller commands it"
+                "throttle was logged every {period_s:.3} s, less often than the acceleration: where commands changed in between, the motor lag is too \
+                 short by up to {:.3} s, and the climb damping may lie outside its interval. Log the throttle as often as the controller \
+                 commands it",
+                0.25 * period_s
+            ),
+            Self::ThrottleLoggedLate { late_s, at_bound } => write!(
+                f,
+                "the motors answer {late_s:.3} s before the throttle is logged: its stamps are late, and the dead time is not known{}. Log the \
+                 throttle and the acceleration with stamps of one clock",
+                if *at_bound {
+                    "; no longer time was tried, so the motor lag is too short and the lag of the wake may lie outside its interval"
+                } else {
+                    ""
+                }
             ),
             Self::ThrustScatter { share } => write!(
                 f,

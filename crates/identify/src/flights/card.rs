@@ -8,13 +8,12 @@ use touchdown_model::flight::psi_definitions;
 
 use super::drift::DRIFT_S;
 use super::ground::{Basis, GroundEffect};
-use super::model::{Curve, LENGTHS, ModelTerms, Segment};
+use super::model::{Curve, LENGTHS, ModelTerms};
 use super::trajectory::Noise;
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, score};
 use crate::scores::Errors;
 use crate::settings::IdentificationSettings;
-use crate::thrust::plateau::median;
 use crate::warning::{Warning, sentences};
 
 /// Heights that a curve is carried over into bounded rationals at.
@@ -185,6 +184,7 @@ impl GroundEffect {
         mut warnings: Vec<Warning>,
     ) -> FittedCard {
         warnings.extend(self.throttle_between_rows());
+        warnings.extend(self.throttle_logged_late());
         let (errors, unit) = self.errors(settings, &card.vehicle);
         card.scores
             .push(score("all flights", true, "free_run", errors, unit));
@@ -204,10 +204,20 @@ impl GroundEffect {
     /// A throttle that is logged less often than the acceleration whose lag is identified.
     fn throttle_between_rows(&self) -> Option<Warning> {
         let throttle_every_s = self.throttle_period_s;
-        let step_s = median(self.pieces.iter().map(Segment::step_s))?;
-        let slower = throttle_every_s > BETWEEN_ROWS * step_s;
-        (slower && self.delay_s().is_some()).then_some(Warning::ThrottleBetweenRows {
+        let slower = throttle_every_s > BETWEEN_ROWS * self.step_s();
+        let lags = self.basis == Basis::Accelerometer && self.fit.index("T_m").is_some();
+        (slower && lags).then_some(Warning::ThrottleBetweenRows {
             period_s: throttle_every_s,
+        })
+    }
+
+    /// A throttle that is logged later than its period explains.
+    fn throttle_logged_late(&self) -> Option<Warning> {
+        let late_s = self.logged_late_s()?;
+        let dead_time = self.fit.index("dead_time");
+        Some(Warning::ThrottleLoggedLate {
+            late_s,
+            at_bound: dead_time.is_some_and(|i| self.fit.held.contains(&i)),
         })
     }
 
@@ -350,7 +360,7 @@ impl GroundEffect {
         for (expression, a) in ["1", "s", "s^2", "s^3"].into_iter().zip(polynomial) {
             card.terms.push(term("x", expression, a, "√N"));
         }
-        for (of, estimate) in [("T_m", t_m), ("dead_time", resolved("dead_time"))] {
+        for (of, estimate) in [("T_m", t_m), ("dead_time", self.dead_time_s())] {
             card.terms.extend(estimate.map(|e| term(of, "1", e, "s")));
         }
         let s0 = self.hover_throttle;

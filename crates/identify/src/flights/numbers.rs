@@ -5,8 +5,9 @@ use serde::Serialize;
 use super::drift::DRIFT_S;
 use super::ground::{Basis, GroundEffect};
 use super::hover::ThrustLaw;
-use super::model::ModelValues;
+use super::model::{ModelValues, Segment};
 use crate::estimate::Estimate;
+use crate::thrust::plateau::median;
 
 /// Share of a decay that no resampling shows. It rests on the little lift at three rotor radii, beside which the zero of the
 /// accelerometer and the turbulence are uncertain. Without it 29 of 35 intervals of independent vehicles held (`flight_coverage`),
@@ -78,15 +79,75 @@ impl GroundEffect {
         self.lag
     }
 
-    /// The delay from throttle to acceleration: dead time and lag of the motors together (s), where lags were identified.
+    /// The delay from command to acceleration: dead time and lag of the motors together (s), where lags were identified.
+    ///
+    /// The interval contains the clock of the log, as that of [`GroundEffect::dead_time_s`] does.
     #[must_use]
     pub fn delay_s(&self) -> Option<Estimate> {
-        if self.basis != Basis::Accelerometer {
+        let (lag, dead) = (self.fit.index("T_m")?, self.fit.index("dead_time")?);
+        let by_lines_s = self.by_lines_s();
+        let after_log = self
+            .spread
+            .estimate(&self.fit, |theta, _| theta[lag] + theta[dead] - by_lines_s);
+        // Of a command that acts before it is logged the lag alone is left.
+        let of_lag = self.spread.number(&self.fit, "T_m")?;
+        self.of_command(after_log?, of_lag.value, of_lag.ci95[0])
+    }
+
+    /// The dead time from command to motors (s), where lags were identified.
+    ///
+    /// A log does not know when in the period before a row its throttle was commanded: a dead time that counts from the row may
+    /// be longer by that period, and is not below zero. `None` where commands act longer than that before they are logged.
+    #[must_use]
+    pub fn dead_time_s(&self) -> Option<Estimate> {
+        let dead = self.fit.index("dead_time")?;
+        if self.fit.held.contains(&dead) {
+            // At a bound there is no interval.
             return None;
         }
-        let (lag, dead) = (self.fit.index("T_m")?, self.fit.index("dead_time")?);
-        self.spread
-            .estimate(&self.fit, |theta, _| theta[lag] + theta[dead])
+        let by_lines_s = self.by_lines_s();
+        let after_log = self
+            .spread
+            .estimate(&self.fit, |theta, _| theta[dead] - by_lines_s)?;
+        self.of_command(after_log, 0.0, 0.0)
+    }
+
+    /// A time that counts from the command, from one that counts from its log; its least value, and the least end of its interval.
+    fn of_command(&self, after_log: Estimate, least: f64, least_end: f64) -> Option<Estimate> {
+        let unknown = self.basis != Basis::Accelerometer || self.logged_late_s().is_some();
+        let clock_s = self.clock_s();
+        (!unknown).then(|| Estimate {
+            value: after_log.value.max(least),
+            std_error: after_log.std_error,
+            ci95: [
+                after_log.ci95[0].max(least_end),
+                after_log.ci95[1] + clock_s,
+            ],
+        })
+    }
+
+    /// How much longer a dead time is where the throttle goes on lines between its rows, as along measured heights (s).
+    fn by_lines_s(&self) -> f64 {
+        match self.noise {
+            None => 0.5 * self.step_s(),
+            Some(_) => 0.0,
+        }
+    }
+
+    /// Step of the rows of the fit (s).
+    pub(super) fn step_s(&self) -> f64 {
+        median(self.pieces.iter().map(Segment::step_s)).unwrap_or(0.0)
+    }
+
+    /// How long before its row a throttle may have been commanded (s): the period of the throttle, or of the rows of the fit.
+    fn clock_s(&self) -> f64 {
+        self.throttle_period_s.max(self.step_s())
+    }
+
+    /// By how much commands act before they are logged (s), where that is more than the log's clock explains.
+    pub(super) fn logged_late_s(&self) -> Option<f64> {
+        let dead_time_s = self.fit.value("dead_time")? - self.by_lines_s();
+        (dead_time_s < -self.clock_s()).then_some(-dead_time_s)
     }
 
     /// All numbers of the model with their intervals, but those at their bound; heights in metres.
@@ -115,6 +176,7 @@ impl GroundEffect {
                 let estimate = match self.lag.filter(|_| p.name == "tau") {
                     // With what no resampling shows.
                     Some(lag) if !self.fit.shape.fountain_lag => lag,
+                    _ if p.name == "dead_time" => self.dead_time_s()?,
                     _ => self.spread.number(&self.fit, p.name)?,
                 };
                 let (unit, by) = match (p.unit, p.name) {

@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use super::curve::Curve;
 
+/// Longest time by which a throttle may be logged after it acts (s): a period of slow telemetry.
+const LATEST_S: f64 = 0.05;
+
 /// What a model has beside the scales of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ModelTerms {
@@ -11,6 +14,8 @@ pub struct ModelTerms {
     pub exponent: [f64; 2],
     /// Motor lag and dead time.
     pub motor_lag: bool,
+    /// Commands may act before they are logged.
+    pub logged_late: bool,
     /// Motors whose load is partly proportional to the square of their speed.
     pub drag: bool,
     /// A second term of throttle.
@@ -72,6 +77,7 @@ impl ModelTerms {
         Self {
             exponent: [1.5, 1.0],
             motor_lag,
+            logged_late: motor_lag,
             drag: motor_lag,
             curvature: false,
             settling: false,
@@ -98,7 +104,8 @@ impl ModelTerms {
             // Rotors of 5 to 30 cm: 0.02 to 0.2 s.
             out.push(p("T_m", "s", 0.06, [0.002, 1.0], 0.1));
             // Command line and accelerometer filter: some 10 ms, up to 0.1 s by telemetry.
-            out.push(p("dead_time", "s", 0.01, [0.0, 0.2], 0.05));
+            let least = if self.logged_late { -LATEST_S } else { 0.0 };
+            out.push(p("dead_time", "s", 0.01, [least, 0.2], 0.05));
         }
         if self.drag {
             // A share of the load: 0 is friction alone, 1 drag alone.

@@ -86,6 +86,8 @@ pub struct Vehicle {
     pub ground_period_s: f64,
     /// Rate of the log (Hz).
     pub log_hz: f64,
+    /// How long before the row that logs it a command acts (s), less than a row: the autopilot commands between rows.
+    pub throttle_late_s: f64,
     /// Standard deviation of a flight's constant error of height (rotor radii), of a uniform distribution.
     pub height_error_radii: f64,
 }
@@ -113,6 +115,7 @@ impl Default for Vehicle {
             ground_mps: 0.0,
             ground_period_s: 2.0,
             log_hz: 100.0,
+            throttle_late_s: 0.0,
             height_error_radii: 0.0,
         }
     }
@@ -330,6 +333,7 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
     let mut throttle = v.hover_throttle;
     let (mut time, mut columns) = (Vec::new(), [const { Vec::new() }; 5]);
     let steps = (course.end_s() / STEP_S) as usize;
+    let late = (v.throttle_late_s / STEP_S).round() as usize;
     let mut range = f64::NAN;
     for k in 0..steps {
         let t = k as f64 * STEP_S;
@@ -344,10 +348,16 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
             range = world.height_m + error_m + v.range_noise_m * normal(&mut random);
             pilot.range(range, v);
         }
-        if k % every_log == 0 {
-            let specific =
-                force * GRAVITY_MPS2 + bias_mps2 + v.accelerometer_noise_mps2 * normal(&mut random);
+        let [commands, logs] = [k + late, k].map(|k| k % every_log == 0);
+        let specific = if commands || logs {
+            force * GRAVITY_MPS2 + bias_mps2 + v.accelerometer_noise_mps2 * normal(&mut random)
+        } else {
+            f64::NAN
+        };
+        if commands {
             throttle = pilot.step(v, course.at(t), specific, 1.0 / v.log_hz);
+        }
+        if logs {
             time.push(t);
             columns[0].push(throttle);
             columns[1].push(specific);

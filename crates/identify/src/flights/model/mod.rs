@@ -427,6 +427,7 @@ mod tests {
                 let shape = ModelTerms {
                     exponent: [1.5, 1.0],
                     motor_lag: on(0),
+                    logged_late: false,
                     drag: on(8),
                     curvature: on(1),
                     settling: on(2),

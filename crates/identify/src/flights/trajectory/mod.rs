@@ -17,6 +17,7 @@
 //! R. E. Maine and K. W. Iliff, NASA RP-1138 (1985); R. V. Jategaonkar, "Flight Vehicle System Identification" (2015),
 //! chapter 5.
 
+mod clock;
 mod equations;
 mod filter;
 mod kalman;
@@ -102,9 +103,12 @@ struct Point {
 /// Fits model and noise along the trajectories, from a fit along measured heights; `None` where the flights have no likelihood
 /// there. Outcome `converged` of the fit tells whether the rounds came to an end.
 pub(super) fn track(pieces: &[Segment], start: &Fit, settings: Settings) -> Option<Tracked> {
-    let problem = Problem::of(pieces, start, settings);
-    problem.track(start, Noise::first(start), true)
+    let start = clock::start(pieces, start, settings);
+    let problem = Problem::of(pieces, &start, settings);
+    let found = problem.track(&start, Noise::first(&start), true)?;
+    Some(clock::across_zero(pieces, found, settings))
 }
+
 /// As [`track`], for what may keep that from being a likelihood: climb rates that a filter gives, whose errors go on from one to
 /// the next, and a ground that moves as a deck does. The first of these under which the innovations are white, if any.
 ///
@@ -114,6 +118,7 @@ pub(super) fn track_beside_others(
     start: &Fit,
     settings: Settings,
 ) -> Option<Tracked> {
+    let start = &clock::start(pieces, start, settings);
     let problem = Problem::of(pieces, start, settings);
     let rest = Noise::first(start);
     let measured = |p: &Segment| p.climb_measured_mps.iter().any(|v| v.is_finite());
