@@ -346,9 +346,7 @@ impl GroundEffect {
         if matches!(self.basis, Basis::Hovers { .. }) {
             return None;
         }
-        let measured = self.basis == Basis::Accelerometer;
-        let resolved = |name| self.spread.number(&self.fit, name).filter(|_| measured);
-        let t_m = resolved("T_m");
+        let t_m = self.motor_lag_s();
         let polynomial = self.root_polynomial(mass_kg * settings.flight.gravity_mps2)?;
         let equation = match (t_m.is_some(), polynomial.len()) {
             (true, 4) => "T_m x' = a0 + a1 s + a2 s^2 + a3 s^3 - x, x = sqrt(T)",
