@@ -96,6 +96,7 @@ fn along_trajectories(
             }
         }
     }
+    let start = trajectory::start(choice.pieces, &start, units);
     let mut tracked = track(choice.pieces, &start, units);
     if basis == Basis::Accelerometer && !tracked.as_ref().is_some_and(Tracked::is_trusted) {
         tracked = track_beside_others(choice.pieces, &start, units).or(tracked);

@@ -16,7 +16,11 @@ const ACROSS_S: f64 = 1e-4;
 /// there.
 ///
 /// Along measured heights the throttle goes on lines between its rows, half a row earlier than it is held.
-pub(super) fn start(pieces: &[Segment], along_heights: &Fit, settings: Settings) -> Fit {
+pub(in crate::flights) fn start(
+    pieces: &[Segment],
+    along_heights: &Fit,
+    settings: Settings,
+) -> Fit {
     let after = with_dead_time(along_heights, |d| d.max(0.0), false);
     let step_s = median(pieces.iter().map(Segment::step_s)).unwrap_or(0.0);
     let before = with_dead_time(along_heights, |d| d - 0.5 * step_s, true);

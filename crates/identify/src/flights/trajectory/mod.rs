@@ -29,6 +29,7 @@ use rayon::prelude::*;
 
 pub use noise::{GroundMotion, Noise};
 
+pub(super) use self::clock::start;
 pub(super) use self::filter::Settings;
 
 pub(super) use self::whiteness::Whiteness;
@@ -100,12 +101,11 @@ struct Point {
     cost: f64,
 }
 
-/// Fits model and noise along the trajectories, from a fit along measured heights; `None` where the flights have no likelihood
+/// Fits model and noise along the trajectories, from a [`start`]; `None` where the flights have no likelihood
 /// there. Outcome `converged` of the fit tells whether the rounds came to an end.
 pub(super) fn track(pieces: &[Segment], start: &Fit, settings: Settings) -> Option<Tracked> {
-    let start = clock::start(pieces, start, settings);
-    let problem = Problem::of(pieces, &start, settings);
-    let found = problem.track(&start, Noise::first(&start), true)?;
+    let problem = Problem::of(pieces, start, settings);
+    let found = problem.track(start, Noise::first(start), true)?;
     Some(clock::across_zero(pieces, found, settings))
 }
 
@@ -118,7 +118,6 @@ pub(super) fn track_beside_others(
     start: &Fit,
     settings: Settings,
 ) -> Option<Tracked> {
-    let start = &clock::start(pieces, start, settings);
     let problem = Problem::of(pieces, start, settings);
     let rest = Noise::first(start);
     let measured = |p: &Segment| p.climb_measured_mps.iter().any(|v| v.is_finite());
