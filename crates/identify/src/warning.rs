@@ -112,8 +112,6 @@ pub enum Warning {
     ThrottleLoggedLate {
         /// How long before the log (s).
         late_s: f64,
-        /// Whether no longer time was tried.
-        at_bound: bool,
     },
     /// Thrust at one throttle differs from one armed interval to the next.
     ThrustScatter {
@@ -294,15 +292,10 @@ impl fmt::Display for Warning {
                  commands it",
                 0.25 * period_s
             ),
-            Self::ThrottleLoggedLate { late_s, at_bound } => write!(
+            Self::ThrottleLoggedLate { late_s } => write!(
                 f,
-                "the motors answer {late_s:.3} s before the throttle is logged: its stamps are late, and the dead time is not known{}. Log the \
-                 throttle and the acceleration with stamps of one clock",
-                if *at_bound {
-                    "; no longer time was tried, so the motor lag is too short and the lag of the wake may lie outside its interval"
-                } else {
-                    ""
-                }
+                "the motors answer {late_s:.3} s before the throttle is logged: its stamps are late, and the dead time is not known. Log the \
+                 throttle and the acceleration with stamps of one clock"
             ),
             Self::ThrustScatter { share } => write!(
                 f,

@@ -309,13 +309,7 @@ fn with_throttle_every(trial: &Trial, every: usize) -> Trial {
 #[test]
 fn prop_a_throttle_that_is_logged_less_often_than_the_acceleration_is_warned_of() {
     let vehicle = Vehicle::default();
-    let all = IdentificationSettings {
-        flight: FlightSettings {
-            rotor_radius_m: Some(vehicle.rotor_radius_m),
-            ..FlightSettings::default()
-        },
-        ..IdentificationSettings::default()
-    };
+    let all = settings_of(&vehicle);
     let warned = |every: usize| {
         let log = |seed| with_throttle_every(&fly(&vehicle, seed), every);
         let logs = (75_000..75_004).map(|seed| Flight::of(&log(seed), &all.flight).unwrap());
@@ -341,6 +335,17 @@ fn prop_a_throttle_that_is_logged_less_often_than_the_acceleration_is_warned_of(
     let short = vehicle.motor_lag_s - late.value;
     assert!(short > 0.0 && short < 0.25 * period_s, "{short}");
     assert!(late.ci95[1] > vehicle.motor_lag_s, "{late:?}");
+}
+
+/// The settings that name a vehicle's rotor radius.
+fn settings_of(vehicle: &Vehicle) -> IdentificationSettings {
+    IdentificationSettings {
+        flight: FlightSettings {
+            rotor_radius_m: Some(vehicle.rotor_radius_m),
+            ..FlightSettings::default()
+        },
+        ..IdentificationSettings::default()
+    }
 }
 
 /// Every `every`-th row of a log.
@@ -378,10 +383,7 @@ fn analytic_commands_that_act_before_they_are_logged_bias_no_lag() {
         ..Vehicle::default()
     };
     for (vehicle, every) in [(late, 1), (averaged, 1), (averaged, 5)] {
-        let settings = FlightSettings {
-            rotor_radius_m: Some(vehicle.rotor_radius_m),
-            ..FlightSettings::default()
-        };
+        let settings = settings_of(&vehicle).flight;
         let logs = flights(&vehicle, 76_000, |trial| rows_of(&trial, every), &settings);
         let found = ground_effect(&logs, &settings).unwrap();
         let numbers = found.numbers();
@@ -409,38 +411,34 @@ fn analytic_commands_that_act_before_they_are_logged_bias_no_lag() {
 #[test]
 fn analytic_a_log_that_is_later_than_its_period_has_no_dead_time() {
     let vehicle = Vehicle::default();
-    let all = IdentificationSettings {
-        flight: FlightSettings {
-            rotor_radius_m: Some(vehicle.rotor_radius_m),
-            ..FlightSettings::default()
-        },
-        ..IdentificationSettings::default()
-    };
-    // The throttle of three rows before, 30 ms: the clock of another computer.
-    let late = |mut trial: Trial| {
-        let throttle = trial.require("throttle").unwrap();
-        let late = (0..throttle.len()).map(|i| throttle[i.saturating_sub(3)]);
-        let late = late.collect();
-        trial.insert("throttle", late).unwrap();
-        trial
-    };
-    let logs = flights(&vehicle, 77_000, late, &all.flight);
-    let found = ground_effect(&logs, &all.flight).unwrap();
-    assert!(found.dead_time_s().is_none() && found.delay_s().is_none());
-    let motors = found.spread.number(&found.fit, "T_m").unwrap();
-    // Three standard errors: the seeds are fixed.
-    assert!(
-        (motors.value - vehicle.motor_lag_s).abs() < 3.0 * motors.std_error,
-        "{motors:?}"
-    );
-    let said = found.card(&all, &Origin::default()).warnings;
-    let late_s = said.iter().find_map(|w| match w {
-        Warning::ThrottleLoggedLate { late_s, .. } => Some(*late_s),
-        _ => None,
-    });
-    // Three standard errors of a dead time are 2 ms.
-    assert!(
-        late_s.is_some_and(|s| (s - 0.03).abs() < 0.002),
-        "{late_s:?}"
-    );
+    let all = settings_of(&vehicle);
+    // The clock of another computer: the throttle of so many rows of 10 ms before.
+    for rows in [3, 8] {
+        let late = |mut trial: Trial| {
+            let throttle = trial.require("throttle").unwrap();
+            let late = (0..throttle.len()).map(|i| throttle[i.saturating_sub(rows)]);
+            let late = late.collect();
+            trial.insert("throttle", late).unwrap();
+            trial
+        };
+        let logs = flights(&vehicle, 77_000, late, &all.flight);
+        let found = ground_effect(&logs, &all.flight).unwrap();
+        assert!(found.dead_time_s().is_none() && found.delay_s().is_none());
+        let motors = found.spread.number(&found.fit, "T_m").unwrap();
+        // Three standard errors: the seeds are fixed.
+        assert!(
+            (motors.value - vehicle.motor_lag_s).abs() < 3.0 * motors.std_error,
+            "{motors:?}"
+        );
+        let said = found.card(&all, &Origin::default()).warnings;
+        let late_s = said.iter().find_map(|w| match w {
+            Warning::ThrottleLoggedLate { late_s } => Some(*late_s),
+            _ => None,
+        });
+        // Three standard errors of a dead time are 2 ms.
+        assert!(
+            late_s.is_some_and(|s| (s - 0.01 * rows as f64).abs() < 0.002),
+            "{late_s:?}"
+        );
+    }
 }

@@ -214,20 +214,16 @@ impl GroundEffect {
     /// A throttle that is logged later than its period explains.
     fn throttle_logged_late(&self) -> Option<Warning> {
         let late_s = self.logged_late_s()?;
-        let dead_time = self.fit.index("dead_time");
-        Some(Warning::ThrottleLoggedLate {
-            late_s,
-            at_bound: dead_time.is_some_and(|i| self.fit.held.contains(&i)),
-        })
+        Some(Warning::ThrottleLoggedLate { late_s })
     }
 
-    /// The delay from throttle to acceleration in words.
+    /// The delay from command to acceleration in words.
     fn delay_text(&self) -> String {
         self.delay_s().map_or_else(
             || "not identified".to_string(),
             |d| {
                 format!(
-                    "{:.3} s from throttle to acceleration (dead time and lag of the motors), 95 % interval {:.3} to {:.3} s",
+                    "{:.3} s from command to acceleration (dead time and lag of the motors), 95 % interval {:.3} to {:.3} s",
                     d.value, d.ci95[0], d.ci95[1]
                 )
             },
