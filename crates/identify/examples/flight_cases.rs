@@ -1,5 +1,5 @@
 //! How often the intervals of a ground effect hold the truth where the flights are hard: vehicles of 30 g and 4 kg, throttles
-//! that are logged slowly, heights that are the autopilot's estimate, and decks that heave.
+//! that are logged slowly or late, heights that are the autopilot's estimate, and decks that heave.
 //!
 //! ```text
 //! cargo run --release -p touchdown-identify --example flight_cases -- SETS FIRST_SET [CASE] >> sets.txt
@@ -19,7 +19,7 @@ use vertical::{Vehicle, identify, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;
-const CASES: [&str; 10] = [
+const CASES: [&str; 12] = [
     "30g",
     "30g-poses",
     "4kg",
@@ -30,6 +30,8 @@ const CASES: [&str; 10] = [
     "filtered-poses",
     "deck",
     "deck-velocity",
+    "between-rows",
+    "late-throttle",
 ];
 
 fn main() -> std::io::Result<()> {
@@ -93,6 +95,21 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
             ground_mps: usual.rotor_radius_m * between(0.15, 0.5),
             ground_period_s: between(1.8, 6.0),
             filtered_climb: case == "deck-velocity",
+            ..usual
+        },
+        // 500, 250 or 100 commands a second, in rows of 100 or 50 Hz.
+        "between-rows" => {
+            let (log_hz, commands_a_row) =
+                [(100.0, 5), (50.0, 5), (50.0, 2)][(between(0.0, 3.0) as usize).min(2)];
+            Vehicle {
+                log_hz,
+                commands_a_row,
+                ..usual
+            }
+        }
+        // The autopilot reports in a row of 10 ms what it commanded before.
+        "late-throttle" => Vehicle {
+            throttle_late_s: between(0.0, 0.009),
             ..usual
         },
         // Logged at the rates that are the least for a lag.

@@ -86,7 +86,9 @@ pub struct Vehicle {
     pub ground_period_s: f64,
     /// Rate of the log (Hz).
     pub log_hz: f64,
-    /// How long before the row that logs it a command acts (s), less than a row: the autopilot commands between rows.
+    /// Commands of the autopilot from one row to the next, of which the last is logged.
+    pub commands_a_row: usize,
+    /// How long before the row that logs it a command acts (s), less than the time from one to the next.
     pub throttle_late_s: f64,
     /// Standard deviation of a flight's constant error of height (rotor radii), of a uniform distribution.
     pub height_error_radii: f64,
@@ -115,6 +117,7 @@ impl Default for Vehicle {
             ground_mps: 0.0,
             ground_period_s: 2.0,
             log_hz: 100.0,
+            commands_a_row: 1,
             throttle_late_s: 0.0,
             height_error_radii: 0.0,
         }
@@ -187,7 +190,7 @@ impl Vehicle {
     }
 
     /// The true [`QUANTITIES`].
-    pub fn truth(&self) -> [f64; 6] {
+    pub fn truth(&self) -> [f64; 7] {
         let r = self.rotor_radius_m;
         let far = self.extra_lift(6.0 * r);
         let lift = |radii: f64| (self.extra_lift(radii * r) - far) / (1.0 + far);
@@ -198,6 +201,7 @@ impl Vehicle {
             self.wake_lag_s,
             (self.extra_lift(0.5 * r) / self.extra_lift(3.0 * r)).ln() / 2.5,
             self.damping_s_per_m,
+            self.motor_lag_s,
         ]
     }
 
@@ -215,20 +219,21 @@ impl Vehicle {
 }
 
 /// What is identified of a set of flights: extra lift at half, one and two rotor radii over that at six, lag (s), decay (1/R),
-/// climb damping (s/m).
-pub const QUANTITIES: [&str; 6] = [
+/// climb damping (s/m), lag of the motors (s).
+pub const QUANTITIES: [&str; 7] = [
     "lift 0.5 R",
     "lift 1 R",
     "lift 2 R",
     "lag",
     "decay",
     "damping",
+    "motor lag",
 ];
 
 /// What came of a set of flights.
 pub enum Cell {
     /// Each of [`QUANTITIES`], where it was identified.
-    Found(Box<[Option<Estimate>; 6]>),
+    Found(Box<[Option<Estimate>; 7]>),
     /// Nothing, for the reason given.
     Refused(String),
 }
@@ -285,6 +290,7 @@ pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
         found.lag_s(),
         decay,
         damping.map(|n| n.estimate),
+        found.motor_lag_s(),
     ]))
 }
 
@@ -334,6 +340,7 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
     let (mut time, mut columns) = (Vec::new(), [const { Vec::new() }; 5]);
     let steps = (course.end_s() / STEP_S) as usize;
     let late = (v.throttle_late_s / STEP_S).round() as usize;
+    let every_command = every_log / v.commands_a_row;
     let mut range = f64::NAN;
     for k in 0..steps {
         let t = k as f64 * STEP_S;
@@ -348,14 +355,15 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
             range = world.height_m + error_m + v.range_noise_m * normal(&mut random);
             pilot.range(range, v);
         }
-        let [commands, logs] = [k + late, k].map(|k| k % every_log == 0);
+        let [commands, logs] = [(k + late) % every_command == 0, k % every_log == 0];
         let specific = if commands || logs {
             force * GRAVITY_MPS2 + bias_mps2 + v.accelerometer_noise_mps2 * normal(&mut random)
         } else {
             f64::NAN
         };
         if commands {
-            throttle = pilot.step(v, course.at(t), specific, 1.0 / v.log_hz);
+            let period_s = every_command as f64 * STEP_S;
+            throttle = pilot.step(v, course.at(t), specific, period_s);
         }
         if logs {
             time.push(t);

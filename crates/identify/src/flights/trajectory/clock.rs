@@ -12,6 +12,10 @@ use crate::thrust::plateau::median;
 /// Step across a dead time of zero by which the two models are compared (s): a hundredth of a row of 100 Hz.
 const ACROSS_S: f64 = 1e-4;
 
+/// Minus twice the log-likelihood that a dead time below zero, but not by a row, must win: by chance 1 in 100 of logs whose commands
+/// act in their row win as much. Above zero no answer is taken for a cause.
+const EVIDENCE: f64 = 5.4;
+
 /// The start of a fit along trajectories, from one along measured heights: with dead times below zero where the flights are likelier
 /// there.
 ///
@@ -21,9 +25,9 @@ pub(in crate::flights) fn start(
     along_heights: &Fit,
     settings: Settings,
 ) -> Fit {
-    let after = with_dead_time(along_heights, |d| d.max(0.0), false);
-    let step_s = median(pieces.iter().map(Segment::step_s)).unwrap_or(0.0);
-    let before = with_dead_time(along_heights, |d| d - 0.5 * step_s, true);
+    let half_row_s = 0.5 * row_s(pieces);
+    let after = with_dead_time(along_heights, |d| (d - half_row_s).max(0.0), false);
+    let before = with_dead_time(along_heights, |d| d - half_row_s, true);
     let early = before.value("dead_time").is_some_and(|d| d < -ACROSS_S);
     if early && cost(pieces, &before, settings) < cost(pieces, &after, settings) {
         before
@@ -32,13 +36,14 @@ pub(in crate::flights) fn start(
     }
 }
 
-/// The same, or the model on the other side of a dead time of zero where the fit ended there and the cost falls further.
+/// The same, or the model on the other side of a dead time of zero where the fit ended near it: below zero only where the cost falls
+/// by [`EVIDENCE`].
 pub(super) fn across_zero(pieces: &[Segment], found: Tracked, settings: Settings) -> Tracked {
     let Some(dead_time_s) = found.fit.value("dead_time") else {
         return found;
     };
     let late = found.fit.shape.logged_late;
-    let other = if late && dead_time_s > -ACROSS_S {
+    let other = if late && dead_time_s > -row_s(pieces) {
         with_dead_time(&found.fit, |d| d.max(0.0), false)
     } else if !late && dead_time_s == 0.0 {
         with_dead_time(&found.fit, |_| -ACROSS_S, true)
@@ -49,10 +54,19 @@ pub(super) fn across_zero(pieces: &[Segment], found: Tracked, settings: Settings
     if !late && problem.cost(&other.theta, found.noise) >= found.cost {
         return found;
     }
-    problem
-        .track(&other, found.noise, false)
-        .filter(|t| late || t.cost < found.cost)
-        .unwrap_or(found)
+    let Some(other) = problem.track(&other, found.noise, false) else {
+        return found;
+    };
+    let (before, after) = if late { (found, other) } else { (other, found) };
+    if before.cost + EVIDENCE < after.cost {
+        before
+    } else {
+        after
+    }
+}
+
+fn row_s(pieces: &[Segment]) -> f64 {
+    median(pieces.iter().map(Segment::step_s)).unwrap_or(0.0)
 }
 
 fn cost(pieces: &[Segment], start: &Fit, settings: Settings) -> f64 {

@@ -135,6 +135,7 @@ pub(super) fn track_beside_others(
         .into_iter()
         .flatten()
         .filter_map(|noise| problem.track(start, noise, true))
+        .map(|found| clock::across_zero(pieces, found, settings))
         .find(Tracked::is_trusted)
 }
 
