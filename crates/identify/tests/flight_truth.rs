@@ -337,6 +337,26 @@ fn prop_a_throttle_that_is_logged_less_often_than_the_acceleration_is_warned_of(
     assert!(late.ci95[1] > vehicle.motor_lag_s, "{late:?}");
 }
 
+#[test]
+fn prop_a_ground_that_moves_without_a_lag_of_the_wake_is_warned_of() {
+    // Of 5 ms nothing is seen in rows of 10 ms.
+    let warned = |wake_lag_s: f64| {
+        let vehicle = Vehicle {
+            ground_mps: 0.05,
+            wake_lag_s,
+            ..Vehicle::default()
+        };
+        let settings = settings_of(&vehicle);
+        let logs = flights(&vehicle, 78_000, |trial| trial, &settings.flight);
+        let found = ground_effect(&logs, &settings.flight).unwrap();
+        let said = found.card(&settings, &Origin::default()).warnings;
+        let warned = said.contains(&Warning::MovingGroundWithoutLag);
+        (found.lag_s().is_some(), warned)
+    };
+    assert_eq!(warned(0.005), (false, true));
+    assert_eq!(warned(Vehicle::default().wake_lag_s), (true, false));
+}
+
 /// The settings that name a vehicle's rotor radius.
 fn settings_of(vehicle: &Vehicle) -> IdentificationSettings {
     IdentificationSettings {

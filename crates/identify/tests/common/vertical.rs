@@ -355,7 +355,10 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
             range = world.height_m + error_m + v.range_noise_m * normal(&mut random);
             pilot.range(range, v);
         }
-        let [commands, logs] = [(k + late) % every_command == 0, k % every_log == 0];
+        let [commands, logs] = [
+            (k + late).is_multiple_of(every_command),
+            k.is_multiple_of(every_log),
+        ];
         let specific = if commands || logs {
             force * GRAVITY_MPS2 + bias_mps2 + v.accelerometer_noise_mps2 * normal(&mut random)
         } else {
