@@ -12,8 +12,8 @@ use crate::thrust::plateau::median;
 /// Step across a dead time of zero by which the two models are compared (s): a hundredth of a row of 100 Hz.
 const ACROSS_S: f64 = 1e-4;
 
-/// Minus twice the log-likelihood that a dead time below zero, but not by a row, must win: by chance 1 in 100 of logs whose commands
-/// act in their row win as much. Above zero no answer is taken for a cause.
+/// By how much minus twice the log-likelihood has to fall for a dead time that is below zero by less than a row: by chance it falls
+/// as much in 1 of 100 logs whose commands act in their row (χ² of one degree of freedom, one-sided).
 const EVIDENCE: f64 = 5.4;
 
 /// The start of a fit along trajectories, from one along measured heights: with dead times below zero where the flights are likelier
