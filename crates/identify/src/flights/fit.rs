@@ -8,7 +8,6 @@ use super::coloured_noise::ColouredNoise;
 use super::differences::Differences;
 use super::model::{ModelTerms, ModelValues, Parameter, Segment};
 use super::normal::{FitColumns, HUBER, NormalEquations, ReducedEquations, hold, normal_equations};
-use crate::thrust::plateau::median;
 
 /// Steps at most.
 /// Gauss-Newton ends in far fewer where there is a minimum: more only delay the refusal of a fit that has none.
@@ -117,7 +116,7 @@ impl Fit {
     /// The same model with the disturbance that its residuals show: thrice, for the better the model, the clearer the
     /// disturbance.
     pub(super) fn coloured(&self, pieces: &[Segment]) -> Self {
-        let step_s = median(pieces.iter().map(Segment::step_s)).unwrap_or(1.0);
+        let step_s = Segment::median_step_s(pieces);
         let mut out = self.clone();
         for _ in 0..3 {
             let colour = ColouredNoise::of(pieces, &out.residuals(pieces), step_s);

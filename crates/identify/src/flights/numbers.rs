@@ -7,7 +7,6 @@ use super::ground::{Basis, GroundEffect};
 use super::hover::ThrustLaw;
 use super::model::{ModelValues, Segment};
 use crate::estimate::Estimate;
-use crate::thrust::plateau::median;
 
 /// Share of a decay that no resampling shows. It rests on the little lift at three rotor radii, beside which the zero of the
 /// accelerometer and the turbulence are uncertain. Without it 29 of 35 intervals of independent vehicles held (`flight_coverage`),
@@ -149,7 +148,7 @@ impl GroundEffect {
 
     /// Step of the rows of the fit (s).
     pub(super) fn step_s(&self) -> f64 {
-        median(self.pieces.iter().map(Segment::step_s)).unwrap_or(0.0)
+        Segment::median_step_s(&self.pieces)
     }
 
     /// How long before its row a throttle may have been commanded (s): the period of the throttle, or of the rows of the fit.

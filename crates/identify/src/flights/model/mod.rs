@@ -217,6 +217,11 @@ impl Segment {
         median(self.time_s.windows(2).map(|p| p[1] - p[0])).unwrap_or(1.0)
     }
 
+    /// Median of the steps of all segments (s).
+    pub(in crate::flights) fn median_step_s(segments: &[Self]) -> f64 {
+        median(segments.iter().map(Self::step_s)).unwrap_or(1.0)
+    }
+
     /// √T relative to hover and the factor of drift, for every row.
     ///
     /// A command acts from its stamp plus the dead time on, until the next one does, as actuators hold it. A command never

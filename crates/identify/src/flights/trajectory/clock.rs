@@ -7,7 +7,6 @@
 use super::{Problem, Settings, Tracked};
 use crate::flights::fit::Fit;
 use crate::flights::model::{ModelTerms, Segment};
-use crate::thrust::plateau::median;
 
 /// Step across a dead time of zero by which the two models are compared (s): a hundredth of a row of 100 Hz.
 const ACROSS_S: f64 = 1e-4;
@@ -25,7 +24,7 @@ pub(in crate::flights) fn start(
     along_heights: &Fit,
     settings: Settings,
 ) -> Fit {
-    let half_row_s = 0.5 * row_s(pieces);
+    let half_row_s = 0.5 * Segment::median_step_s(pieces);
     let after = with_dead_time(along_heights, |d| (d - half_row_s).max(0.0), false);
     let before = with_dead_time(along_heights, |d| d - half_row_s, true);
     let early = before.value("dead_time").is_some_and(|d| d < -ACROSS_S);
@@ -43,7 +42,7 @@ pub(super) fn across_zero(pieces: &[Segment], found: Tracked, settings: Settings
         return found;
     };
     let late = found.fit.shape.logged_late;
-    let other = if late && dead_time_s > -row_s(pieces) {
+    let other = if late && dead_time_s > -Segment::median_step_s(pieces) {
         with_dead_time(&found.fit, |d| d.max(0.0), false)
     } else if !late && dead_time_s == 0.0 {
         with_dead_time(&found.fit, |_| -ACROSS_S, true)
@@ -63,10 +62,6 @@ pub(super) fn across_zero(pieces: &[Segment], found: Tracked, settings: Settings
     } else {
         after
     }
-}
-
-fn row_s(pieces: &[Segment]) -> f64 {
-    median(pieces.iter().map(Segment::step_s)).unwrap_or(0.0)
 }
 
 fn cost(pieces: &[Segment], start: &Fit, settings: Settings) -> f64 {
