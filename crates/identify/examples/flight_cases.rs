@@ -19,7 +19,7 @@ use vertical::{Vehicle, identify, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;
-const CASES: [&str; 12] = [
+const CASES: [&str; 13] = [
     "30g",
     "30g-poses",
     "4kg",
@@ -32,6 +32,7 @@ const CASES: [&str; 12] = [
     "deck-velocity",
     "between-rows",
     "late-throttle",
+    "seldom-throttle",
 ];
 
 fn main() -> std::io::Result<()> {
@@ -104,6 +105,16 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
             Vehicle {
                 log_hz,
                 commands_a_row,
+                ..usual
+            }
+        }
+        // Acceleration at 100 Hz or more, and the throttle of a slower stream, whose commands change in every row.
+        "seldom-throttle" => {
+            let (log_hz, rows_a_throttle) =
+                [(100.0, 2), (200.0, 4), (100.0, 4)][(between(0.0, 3.0) as usize).min(2)];
+            Vehicle {
+                log_hz,
+                rows_a_throttle,
                 ..usual
             }
         }

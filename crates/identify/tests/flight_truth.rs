@@ -295,25 +295,18 @@ fn regress_heights_of_a_filter_beside_an_accelerometer_come_with_a_warning() {
     assert_eq!([true, false].map(warned), [true, false]);
 }
 
-/// A log whose throttle is written in every `every`-th row and held in between.
-fn with_throttle_every(trial: &Trial, every: usize) -> Trial {
-    let mut slow = Trial::new(trial.name(), trial.time_s().to_vec()).unwrap();
-    for (name, values) in trial.channels() {
-        let held = |i: usize| values[if name == "throttle" { i - i % every } else { i }];
-        slow.insert(name, (0..values.len()).map(held).collect())
-            .unwrap();
-    }
-    slow
-}
-
 #[test]
 fn prop_a_throttle_that_is_logged_less_often_than_the_acceleration_is_warned_of() {
-    let vehicle = Vehicle::default();
+    let of = |rows_a_throttle| Vehicle {
+        rows_a_throttle,
+        ..Vehicle::default()
+    };
+    let vehicle = of(1);
     let all = settings_of(&vehicle);
-    let warned = |every: usize| {
-        let log = |seed| with_throttle_every(&fly(&vehicle, seed), every);
-        let logs = (75_000..75_004).map(|seed| Flight::of(&log(seed), &all.flight).unwrap());
-        let found = ground_effect(&logs.collect::<Vec<_>>(), &all.flight).unwrap();
+    let warned = |rows_a_throttle: usize| {
+        let log = |seed| Flight::of(&fly(&of(rows_a_throttle), seed), &all.flight).unwrap();
+        let logs: Vec<Flight> = (75_000..75_004).map(log).collect();
+        let found = ground_effect(&logs, &all.flight).unwrap();
         let delay = found.delay_s().expect("a delay");
         let said = found.card(&all, &Origin::default()).warnings;
         let said = said.iter().find_map(|w| match w {

@@ -88,6 +88,8 @@ pub struct Vehicle {
     pub log_hz: f64,
     /// Commands of the autopilot from one row to the next, of which the last is logged.
     pub commands_a_row: usize,
+    /// Rows of the log from one logged command to the next; the rows in between repeat it.
+    pub rows_a_throttle: usize,
     /// How long before the row that logs it a command acts (s), less than the time from one to the next.
     pub throttle_late_s: f64,
     /// Standard deviation of a flight's constant error of height (rotor radii), of a uniform distribution.
@@ -118,6 +120,7 @@ impl Default for Vehicle {
             ground_period_s: 2.0,
             log_hz: 100.0,
             commands_a_row: 1,
+            rows_a_throttle: 1,
             throttle_late_s: 0.0,
             height_error_radii: 0.0,
         }
@@ -337,6 +340,7 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
     let ground = Ground::draw(v, seed);
     let mut velocity = Velocity::new(seed);
     let mut throttle = v.hover_throttle;
+    let mut logged_throttle = throttle;
     let (mut time, mut columns) = (Vec::new(), [const { Vec::new() }; 5]);
     let steps = (course.end_s() / STEP_S) as usize;
     let late = (v.throttle_late_s / STEP_S).round() as usize;
@@ -369,8 +373,11 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
             throttle = pilot.step(v, course.at(t), specific, period_s);
         }
         if logs {
+            if time.len().is_multiple_of(v.rows_a_throttle) {
+                logged_throttle = throttle;
+            }
             time.push(t);
-            columns[0].push(throttle);
+            columns[0].push(logged_throttle);
             columns[1].push(specific);
             columns[2].push(if v.filtered_height {
                 pilot.height_m

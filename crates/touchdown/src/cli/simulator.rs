@@ -61,6 +61,7 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
     }
     let sweep = load(args)?;
     let flight = args.with.as_deref().map(fly::load).transpose()?;
+    let flight = flight.map(|loaded| loaded.settings);
     let flight = match (&args.controller, flight) {
         (Some(name), Some(mut flight)) => {
             flight.control.method = method(name)?;

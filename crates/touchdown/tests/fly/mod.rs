@@ -327,3 +327,32 @@ fn prop_arguments_and_settings_that_make_no_sense_are_refused() {
     assert!(fails(1, ["fly", "--replay", "no-such.mcap"]).contains("no-such.mcap"));
     fails(2, ["fly"]);
 }
+
+#[test]
+fn prop_a_recording_takes_the_place_of_no_file_that_the_flight_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("own.toml"), CARD).unwrap();
+    let settings = "[cards]\nthrust = \"own.toml\"\n[signing]\nkey_file = \"key\"\n";
+    std::fs::write(at("flight.toml"), settings).unwrap();
+    std::fs::write(at("key"), "a pass phrase\n").unwrap();
+    // Another name of the same file, without a path that leads from one to the other.
+    std::fs::hard_link(at("flight.toml"), at("linked.mcap")).unwrap();
+    std::fs::hard_link(at("own.toml"), at("card.mcap")).unwrap();
+    for (out, what) in [
+        ("flight.toml", "settings"),
+        ("linked.mcap", "settings"),
+        ("own.toml", "card"),
+        ("card.mcap", "card"),
+        ("key", "key"),
+    ] {
+        let before = std::fs::read(at(out)).unwrap();
+        let command = ["fly", at("flight.toml").to_str().unwrap(), "--out"].map(str::to_owned);
+        let said = fails(
+            2,
+            command.into_iter().chain([at(out).display().to_string()]),
+        );
+        assert!(said.contains(&format!("found the {what}")), "{said}");
+        assert_eq!(std::fs::read(at(out)).unwrap(), before);
+    }
+}

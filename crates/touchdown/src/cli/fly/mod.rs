@@ -7,7 +7,7 @@ mod pool;
 mod recorder;
 mod view;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use serde::Serialize;
@@ -40,12 +40,14 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
     match (&args.replay, &args.settings) {
         (Some(recording), _) => replay(context, recording),
         (None, Some(path)) => {
-            let settings = load(path)?;
-            if same_file(path, &args.out) {
-                return Err(Error::Arguments(format!(
-                    "--out: expected a file for the recording, found the settings {}",
-                    path.display()
-                )));
+            let Loaded { settings, files } = load(path)?;
+            for (what, file) in &files {
+                if same_file::is_same_file(file, &args.out).unwrap_or(false) {
+                    return Err(Error::Arguments(format!(
+                        "--out: expected a file for the recording, found the {what} {}",
+                        file.display()
+                    )));
+                }
             }
             let session = Session {
                 take_control: args.take_control,
@@ -74,14 +76,16 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
     }
 }
 
-/// Whether two paths lead to one file that exists.
-fn same_file(a: &Path, b: &Path) -> bool {
-    let whole = |path: &Path| path.canonicalize().ok();
-    whole(a).is_some_and(|a| whole(b) == Some(a))
+/// What a flight is made of.
+pub(super) struct Loaded {
+    /// The settings, with their cards in place of the models.
+    pub settings: FlightSettings,
+    /// The files that they were read from, and what each is.
+    files: Vec<(&'static str, PathBuf)>,
 }
 
-/// The settings, with their cards in place of the models.
-pub(super) fn load(path: &Path) -> Result<FlightSettings> {
+/// Reads the settings and the cards that they name.
+pub(super) fn load(path: &Path) -> Result<Loaded> {
     let mut settings: FlightSettings = settings::read(path)?;
     let cards = std::mem::take(&mut settings.cards);
     let cards = CardPaths {
@@ -90,8 +94,18 @@ pub(super) fn load(path: &Path) -> Result<FlightSettings> {
         dynamic: cards.dynamic,
     };
     let folder = path.parent().unwrap_or(Path::new("."));
+    let cards = cards.from(folder);
+    let mut files = vec![("settings", path.to_owned())];
+    let named = [&cards.thrust, &cards.empirical, &cards.dynamic];
+    files.extend(
+        named
+            .into_iter()
+            .flatten()
+            .map(|card| ("card", card.clone())),
+    );
     if let Some(file) = &mut settings.signing.key_file {
         *file = folder.join(&file);
+        files.push(("key", file.clone()));
     }
     if let Some(images) = &mut settings.camera.folder {
         *images = folder.join(&images);
@@ -99,11 +113,11 @@ pub(super) fn load(path: &Path) -> Result<FlightSettings> {
     settings.camera.check().map_err(LinkError::from)?;
     let rotors = settings.vehicle.rotors;
     let model = |card: &Card| Ok(card.thrust_model_of(rotors)?);
-    if let Some(card) = cards.from(folder).put_into(&model, &mut settings.models)? {
+    if let Some(card) = cards.put_into(&model, &mut settings.models)? {
         let weight_n = settings.vehicle.mass_kg * settings.vehicle.gravity_mps2;
         check_lift(&card, &settings.models.thrust, weight_n)?;
     }
-    Ok(settings)
+    Ok(Loaded { settings, files })
 }
 
 /// The key that the settings name.
