@@ -1,11 +1,16 @@
 //! Ctrl-C, and on Unix SIGTERM and SIGHUP: waits for files that are being written, says what was written, and ends the process.
 
+use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use indicatif::ProgressBar;
 
 use crate::failure::failure;
 use crate::status::INTERRUPTED;
+
+/// Longest time for which the end of the process waits for a terminal, or for who reads its pipe.
+const PRINTS: Duration = Duration::from_secs(1);
 
 /// Says what a command has written so far.
 type Report = Box<dyn Fn() -> String + Send>;
@@ -46,13 +51,20 @@ impl Interrupt {
         let handled = self.clone();
         move || {
             let _no_file_is_half_written = touchdown_files::pause();
-            handled.bar.finish_and_clear();
+            // The report first: it may end work that must not wait for a terminal that is stopped.
             let report = handled
                 .report
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner);
             let text = format!("interrupted: {}", report());
-            failure(handled.json, &text, "interrupted");
+            let (json, bar) = (handled.json, handled.bar.clone());
+            let (said, printed) = channel();
+            std::thread::spawn(move || {
+                bar.finish_and_clear();
+                failure(json, &text, "interrupted");
+                let _ = said.send(());
+            });
+            let _ = printed.recv_timeout(PRINTS);
             std::process::exit(i32::from(INTERRUPTED));
         }
     }

@@ -9,7 +9,7 @@ use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use crate::common::{PATIENT, peer_program, python, text};
+use crate::common::{PATIENT, fails, peer_program, python, text};
 use serde_json::Value;
 
 /// The paper's deck; a landing that has not ended 40 s after the deck's release is over.
@@ -214,4 +214,39 @@ fn prop_a_program_that_is_none_is_refused() {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("the autopilot's program"), "{said}");
+}
+
+#[test]
+fn prop_a_deck_that_drives_away_and_results_in_place_of_a_scenario_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sweep.toml");
+    let refused = |scenario: &str, out: &Path, command: &[&str]| {
+        std::fs::write(&file, scenario).unwrap();
+        let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
+        let said = fails(2, [command, &[file, "--out", out]].concat());
+        assert_eq!(std::fs::read_to_string(file).unwrap(), scenario);
+        said
+    };
+    let elsewhere = folder.path().join("out");
+    let simulator: [&str; 2] = ["simulator", "px4"];
+    let course = "[scenario.course]\nspeed_mps = 0.5\n";
+    for (scenario, command) in [
+        (course.to_owned(), &simulator[..]),
+        (
+            format!("autopilot = \"px4\"\n[software_in_the_loop]\nprogram = \"px4\"\n{course}"),
+            &["campaign"],
+        ),
+        (
+            "autopilot = \"px4\"\n[software_in_the_loop]\nprogram = \"px4\"\n[grid]\n\"course.speed_mps\" = [0.5]\n".to_owned(),
+            &["campaign"],
+        ),
+    ] {
+        let said = refused(&scenario, &elsewhere, command);
+        assert!(said.contains("scenario.course") && said.contains("under way"), "{said}");
+        assert!(!elsewhere.exists());
+    }
+    for command in [&simulator[..], &["land", "--space"]] {
+        let said = refused("# mine\nseed = 2\n", folder.path(), command);
+        assert!(said.contains("would replace the scenario"), "{said}");
+    }
 }

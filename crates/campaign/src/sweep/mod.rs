@@ -59,7 +59,7 @@ pub use settings::SweepSettings;
 pub use software_in_the_loop::{AutopilotProgram, CompanionSource, LoopSettings};
 pub use stated::StatedKeys;
 pub use status::{BrokenBlock, CampaignStatus, status};
-pub use store::{Store, merge};
+pub use store::{SWEEP, Store, merge};
 pub use summary::{
     CampaignResults, Figures, PointFigures, PointOf, SampleSummary, WorstLanding, summarise,
 };

@@ -43,7 +43,7 @@ pub struct Sweep {
     /// What of the vehicle follows from `[vehicle]` and the thrust card, in a line.
     vehicle: Option<String>,
     pub(super) beside: FilesBeside,
-    file: String,
+    pub(super) file: String,
     sha256: String,
     /// The landers of points that were flown last, where all of their trials share them.
     flown: RecentlyUsed<SpaceLander>,

@@ -13,6 +13,7 @@ use touchdown_model::Card;
 use touchdown_sim::landing::space::SpaceScenario;
 
 use super::axes::KeyError;
+use super::points::Sweep;
 use super::settings::SweepSettings;
 use crate::cards::CardPaths;
 use crate::error::Result;
@@ -212,5 +213,26 @@ impl SweepSettings {
             of_loop.program = PathBuf::new();
         }
         settings
+    }
+}
+
+impl Sweep {
+    /// Checks that an autopilot in the loop can fly these scenarios.
+    ///
+    /// # Errors
+    /// A deck under way: it would be gone before the autopilot holds above it.
+    pub fn check_in_the_loop(&self) -> Result<()> {
+        let keys = self.grid.iter().map(|axis| &axis.0);
+        let mut keys = keys.chain(self.random.iter().map(|axis| &axis.0));
+        let swept = keys.any(|key| key.starts_with("course."));
+        if swept || self.scenario(0)?.course.is_under_way() {
+            return Err(crate::Error::Settings {
+                file: self.file.clone(),
+                message: "key `scenario.course`: expected a deck that stays in its place, for it would be gone before the autopilot holds above it; \
+                          found one under way, which `touchdown land --space` and campaigns without an autopilot fly"
+                    .to_owned(),
+            });
+        }
+        Ok(())
     }
 }

@@ -14,7 +14,7 @@ use crate::place::Place;
 use crate::settings_file::to_toml;
 
 /// Name of the sweep in a campaign's folder.
-pub(super) const SWEEP: &str = "sweep.toml";
+pub const SWEEP: &str = "sweep.toml";
 /// Folder of the blocks.
 const LANDINGS: &str = "landings";
 

@@ -100,6 +100,9 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         warn_of_empty_shards(context, &sweep, shard);
     }
     let with_autopilot = sweep.settings().autopilot.is_some();
+    if with_autopilot {
+        sweep.check_in_the_loop()?;
+    }
     if let (true, Some(_)) = (with_autopilot, &args.mcap) {
         return Err(Error::Arguments(
             "--mcap: a landing under an autopilot cannot be flown again; `software_in_the_loop.record = true` records it while \

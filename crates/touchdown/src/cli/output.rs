@@ -26,6 +26,18 @@ pub(crate) fn must_not_be_a_file(out: Option<&Path>) -> Result<()> {
     }
 }
 
+/// Checks that a file which will be written is not one that the command reads, under whatever name.
+pub(crate) fn replaces_not(written: &Path, what: &str, input: &Path) -> Result<()> {
+    if same_file::is_same_file(written, input).unwrap_or(false) {
+        return Err(Error::Arguments(format!(
+            "--out: {} would replace the {what} {}; choose another place",
+            written.display(),
+            input.display()
+        )));
+    }
+    Ok(())
+}
+
 /// Creates a folder for results, without the results of an earlier run.
 pub(crate) fn results_folder(context: &Context, path: &Path) -> Result<()> {
     files::begin_results(path)?;

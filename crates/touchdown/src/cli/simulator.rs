@@ -6,7 +6,7 @@ use serde::Serialize;
 use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_campaign::csv::line;
-use touchdown_campaign::sweep::{AutopilotProgram, LandingRow, Sweep, SweepSettings};
+use touchdown_campaign::sweep::{AutopilotProgram, LandingRow, SWEEP, Sweep, SweepSettings};
 use touchdown_flight::Method;
 use touchdown_link::companion::Summary;
 use touchdown_link::settings::FlightSettings;
@@ -69,6 +69,14 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
         }
         (_, flight) => flight,
     };
+    for (what, input) in [
+        ("scenario", Some(&args.scenario)),
+        ("settings", args.with.as_ref()),
+    ] {
+        if let Some(input) = input {
+            output::replaces_not(&args.out.join(SWEEP), what, input)?;
+        }
+    }
     output::results_folder(context, &args.out)?;
     let autopilots = Autopilots::default();
     let (folder, stopped) = (args.out.display().to_string(), autopilots.clone());
@@ -104,7 +112,7 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
         landings,
     };
     output::write(
-        &args.out.join("sweep.toml"),
+        &args.out.join(SWEEP),
         settings::to_toml(sweep.settings())?.as_bytes(),
     )?;
     output::results(&args.out, &results)?;
@@ -143,7 +151,9 @@ fn load(args: &SimulatorArgs) -> Result<Sweep> {
     }
     settings.seed = args.seed.unwrap_or(settings.seed);
     let folder = path.parent().unwrap_or(Path::new("."));
-    Ok(Sweep::new(settings, folder, path.display().to_string())?)
+    let sweep = Sweep::new(settings, folder, path.display().to_string())?;
+    sweep.check_in_the_loop()?;
+    Ok(sweep)
 }
 
 fn method(name: &str) -> Result<Method> {

@@ -1,6 +1,6 @@
 //! A flight of `touchdown fly` against the peer, as two processes.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, PipeWriter, Read, Write as _, pipe};
 use std::net::UdpSocket;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -77,6 +77,8 @@ pub(super) struct Case<'a> {
     pub(super) disk: Option<u32>,
     /// Whether the command is started with ignored interrupts, as a job in the background of a script is.
     pub(super) ignores_interrupts: bool,
+    /// Whether our standard error stops to take anything after its first line, as a stopped terminal does.
+    pub(super) unread: bool,
     /// Gets every line of our standard error as it comes.
     pub(super) lines: Option<&'a mpsc::Sender<String>>,
 }
@@ -185,6 +187,13 @@ impl Case<'_> {
         };
         ours.args(["--json", "fly"]).arg(&file).args(self.ours);
         ours.arg("--out").arg(folder.join("flight.mcap"));
+        if self.unread {
+            return ours
+                .stdout(Stdio::piped())
+                .stderr(stopped_terminal())
+                .spawn()
+                .unwrap();
+        }
         let mut ours = started(&mut ours);
         if let Some(lines) = self.lines {
             let (lines, printed) = (lines.clone(), ours.stderr.take().unwrap());
@@ -254,6 +263,20 @@ pub(super) fn output(child: Child) -> Output {
         Command::new("kill").args(["-KILL", &pid]).status().unwrap();
         ended.recv().unwrap()
     })
+}
+
+/// The end of a pipe from which nobody reads after the first line, and which is full then.
+fn stopped_terminal() -> PipeWriter {
+    let (reader, mut writer) = pipe().unwrap();
+    let end = writer.try_clone().unwrap();
+    std::thread::spawn(move || {
+        let mut reader = BufReader::new(reader);
+        let _ = reader.read_line(&mut String::new());
+        // More than any pipe holds: this waits for a reader until the end of the tests, for the reader is its own.
+        let _ = writer.write_all(&[b' '; 1 << 22]);
+        drop(reader);
+    });
+    end
 }
 
 pub(super) fn started(command: &mut Command) -> Child {

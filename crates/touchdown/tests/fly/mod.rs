@@ -197,6 +197,24 @@ fn signal_hands_the_vehicle_over(signal: &str, ignores_interrupts: bool) {
 }
 
 #[test]
+fn prop_signals_hand_the_vehicle_over_beside_a_terminal_that_is_stopped() {
+    let Some(python) = python() else { return };
+    for signal in ["interrupt", "terminate"] {
+        let folder = tempfile::tempdir().unwrap();
+        let case = Case {
+            peer: &["--fault", signal],
+            unread: true,
+            ..Case::default()
+        };
+        let flown = case.fly(&python, folder.path());
+        assert_eq!(flown.status, Some(130), "{}", flown.told());
+        assert!(flown.theirs("mode_requests") >= 1.0, "{}", flown.told());
+        assert_eq!(flown.theirs["in_offboard"], false);
+        assert_eq!(flown.theirs["setpoints_after_fault"], 0);
+    }
+}
+
+#[test]
 fn prop_a_killed_companion_leaves_a_vehicle_that_holds_and_a_recording() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -352,7 +370,10 @@ fn prop_a_recording_takes_the_place_of_no_file_that_the_flight_reads() {
             2,
             command.into_iter().chain([at(out).display().to_string()]),
         );
-        assert!(said.contains(&format!("found the {what}")), "{said}");
+        assert!(
+            said.contains(&format!("would replace the {what}")),
+            "{said}"
+        );
         assert_eq!(std::fs::read(at(out)).unwrap(), before);
     }
 }

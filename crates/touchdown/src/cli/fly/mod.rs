@@ -27,6 +27,7 @@ use touchdown_terminal::Done;
 use super::args::fly::FlyArgs;
 use super::context::Context;
 use super::live::Live;
+use super::output;
 use interrupt::Interrupt;
 
 /// The object of `--json`.
@@ -42,12 +43,7 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
         (None, Some(path)) => {
             let Loaded { settings, files } = load(path)?;
             for (what, file) in &files {
-                if same_file::is_same_file(file, &args.out).unwrap_or(false) {
-                    return Err(Error::Arguments(format!(
-                        "--out: expected a file for the recording, found the {what} {}",
-                        file.display()
-                    )));
-                }
+                output::replaces_not(&args.out, what, file)?;
             }
             let session = Session {
                 take_control: args.take_control,

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_campaign::csv::line;
-use touchdown_campaign::sweep::{self, LandingRow, Sweep, SweepSettings, summarise};
+use touchdown_campaign::sweep::{self, LandingRow, SWEEP, Sweep, SweepSettings, summarise};
 use touchdown_campaign::vertical::vehicle::mismatches;
 use touchdown_model::Card;
 use touchdown_sim::landing::space::Case;
@@ -27,6 +27,9 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         }
     }
     state(context, &sweep)?;
+    if let Some(scenario) = &args.scenario {
+        output::replaces_not(&args.out.join(SWEEP), "scenario", scenario)?;
+    }
     output::results_folder(context, &args.out)?;
     let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
         .into_iter()
@@ -40,7 +43,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let rows = sweep::rows(&sweep, 0..sweep.landings(), context)?;
     let results = summarise(&sweep, &rows)?;
     output::write(
-        &args.out.join("sweep.toml"),
+        &args.out.join(SWEEP),
         settings::to_toml(sweep.settings())?.as_bytes(),
     )?;
     for (name, bytes) in sweep.files() {

@@ -30,6 +30,9 @@ use crate::cli::context::Context;
 use crate::cli::output;
 use touchdown_terminal::Done;
 
+/// Name of the scenario beside the results.
+const SCENARIO: &str = "scenario.toml";
+
 #[derive(Serialize)]
 struct LandResults<'a> {
     schema: u32,
@@ -76,6 +79,9 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         &cards.thrust_model()?,
         scenario.scenario.plant.weight_n(),
     )?;
+    if let Some(given) = &args.scenario {
+        output::replaces_not(&args.out.join(SCENARIO), "scenario", given)?;
+    }
     let methods = fly(context, &scenario, measured.as_ref(), &cards)?;
 
     output::results_folder(context, &args.out)?;
@@ -88,7 +94,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         ..scenario
     };
     output::write(
-        &args.out.join("scenario.toml"),
+        &args.out.join(SCENARIO),
         settings::to_toml(&scenario)?.as_bytes(),
     )?;
     output::write(
