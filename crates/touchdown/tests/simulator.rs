@@ -250,3 +250,33 @@ fn prop_a_deck_that_drives_away_and_results_in_place_of_a_scenario_are_refused()
         assert!(said.contains("would replace the scenario"), "{said}");
     }
 }
+
+#[test]
+fn prop_a_companion_for_another_vehicle_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(at("fly.toml"), "").unwrap();
+    let warned = |scenario: &str| {
+        std::fs::write(at("deck.toml"), scenario).unwrap();
+        let said = fails(
+            2,
+            [
+                "simulator",
+                "px4",
+                &at("deck.toml"),
+                "--with",
+                &at("fly.toml"),
+                "--autopilot",
+                &at("none"),
+                "--out",
+                &at("out"),
+            ],
+        );
+        assert!(said.contains("the autopilot's program"), "{said}");
+        said.contains("a vehicle of 1.37 kg")
+    };
+    // A payload makes no other vehicle; the next size is one.
+    let payload = "[scenario.plant]\nmass_kg = 1.5\n";
+    let size = "[vehicle]\npreset = \"quadrotor_4kg\"\n";
+    assert_eq!(["", payload, size].map(warned), [false, false, true]);
+}

@@ -18,6 +18,10 @@ use super::context::Context;
 use super::software_in_the_loop::{Autopilots, Failure, Flown, Lands, LoopConfiguration, land};
 use super::{fly, output};
 
+/// Share by which the mass of a scenario's vehicle may differ from that of the companion's settings: a payload that one
+/// forgets, not another size.
+const SAME_MASS: f64 = 0.2;
+
 /// Results of a landing.
 #[derive(Serialize)]
 struct LandingResult {
@@ -69,13 +73,13 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
         }
         (_, flight) => flight,
     };
-    for (what, input) in [
-        ("scenario", Some(&args.scenario)),
-        ("settings", args.with.as_ref()),
-    ] {
-        if let Some(input) = input {
-            output::replaces_not(&args.out.join(SWEEP), what, input)?;
-        }
+    let named = args.with.iter().map(|with| ("settings", with));
+    for (what, input) in std::iter::once(("scenario", &args.scenario)).chain(named) {
+        output::replaces_not(&args.out.join(SWEEP), what, input)?;
+    }
+    let other = flight.as_ref().map(|flight| other_vehicle(&sweep, flight));
+    if let Some(text) = other.transpose()?.flatten() {
+        context.warn(&text);
     }
     output::results_folder(context, &args.out)?;
     let autopilots = Autopilots::default();
@@ -154,6 +158,18 @@ fn load(args: &SimulatorArgs) -> Result<Sweep> {
     let sweep = Sweep::new(settings, folder, path.display().to_string())?;
     sweep.check_in_the_loop()?;
     Ok(sweep)
+}
+
+/// What is wrong with a companion whose vehicle is not that of the scenario.
+fn other_vehicle(sweep: &Sweep, flight: &FlightSettings) -> Result<Option<String>> {
+    let (flown, stated) = (sweep.scenario(0)?.plant.mass_kg, flight.vehicle.mass_kg);
+    let other = (flown / stated - 1.0).abs() > SAME_MASS;
+    Ok(other.then(|| {
+        format!(
+            "the companion's settings are of a vehicle of {stated} kg (`vehicle.mass_kg`), and the scenario's has {flown} kg: the limits and times of \
+             its `control` follow the vehicle's size, see \"Vehicles\" in the documentation"
+        )
+    }))
 }
 
 fn method(name: &str) -> Result<Method> {
