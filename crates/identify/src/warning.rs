@@ -290,7 +290,7 @@ impl fmt::Display for Warning {
                 "throttle was logged every {period_s:.3} s, less often than the acceleration: where commands changed in between, the motor lag is too \
                  short by up to {:.3} s, and the climb damping and the lag of the wake may lie outside their intervals. Log the throttle as often \
                  as the controller commands it",
-                0.25 * period_s
+                period_s / 3.0
             ),
             Self::ThrottleLoggedLate { late_s } => write!(
                 f,
