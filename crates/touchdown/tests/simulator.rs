@@ -249,6 +249,16 @@ fn prop_a_deck_that_drives_away_and_results_in_place_of_a_scenario_are_refused()
         let said = refused("# mine\nseed = 2\n", folder.path(), command);
         assert!(said.contains("would replace the scenario"), "{said}");
     }
+    let scenario = folder.path().join("scenario.toml");
+    std::fs::write(&scenario, "# mine\nseed = 2\n").unwrap();
+    let [given, out] = [&scenario, folder.path()].map(|path: &Path| path.to_str().unwrap());
+    let said = fails(2, ["land", given, "--out", out]);
+    assert!(said.contains("would replace the scenario"), "{said}");
+    assert!(
+        std::fs::read_to_string(&scenario)
+            .unwrap()
+            .starts_with("# mine")
+    );
 }
 
 #[test]
