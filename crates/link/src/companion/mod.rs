@@ -39,6 +39,7 @@
 
 mod camera;
 mod echo;
+mod lift;
 mod messages;
 mod restore;
 mod send;
@@ -71,6 +72,7 @@ use crate::timing::{Distribution, Quantiles};
 use crate::wire::signing::{Signer, Signing, Verifier};
 use crate::wire::{Decoder, Encoder};
 use echo::Echo;
+use lift::Lift;
 use state::Timing;
 use touch::TouchWatch;
 use vehicle::Vehicle;
@@ -184,6 +186,8 @@ pub struct Companion {
     noticed_another: bool,
     times: Times,
     echo: Echo,
+    /// Whether the accelerometer feels the motors, in control.
+    lift: Lift,
     /// Time between the newest two ticks, µs.
     elapsed_us: i64,
     /// Results of the landing computer at the newest tick.
@@ -288,6 +292,7 @@ impl Companion {
             noticed_another: false,
             times: Times::default(),
             echo: Echo::default(),
+            lift: Lift::default(),
             elapsed_us: 0,
             computed: None,
             output: None,

@@ -4,6 +4,7 @@ use touchdown_lander::computer::{ComputerOutput, Sensed};
 use touchdown_lander::estimate::relative::Health;
 use touchdown_lander::state_machine::{OperatorRequest, Phase};
 
+use super::lift::Lift;
 use super::{Companion, Ending, Stage, due, messages};
 use crate::autopilot::Autopilot;
 use crate::checklist::Verdict;
@@ -193,6 +194,12 @@ impl Companion {
                 self.hand_over(Ending::ModeUnknown);
             } else if jumped {
                 self.hand_over(Ending::EstimatorReset);
+            } else if self.lift.is_missing(now) {
+                self.notes.push(
+                    "the accelerometer feels no thrust of the motors that carry the vehicle: it, or a motor, has failed"
+                        .to_string(),
+                );
+                self.hand_over(Ending::Stale);
             } else if self.echo.rejected(now) {
                 self.hand_over(Ending::Rejected);
             }
@@ -214,7 +221,16 @@ impl Companion {
     fn compute(&mut self, dt: f64) -> ComputerOutput<f64> {
         let imu = self.inbox.sense(self.times.now);
         let normal = self.inbox.take_normal(self.times.now);
-        if self.stage != Stage::InControl {
+        if self.stage == Stage::InControl {
+            let command = self.output.and_then(|output| output.command);
+            let throttle = command.map_or(0.0, |command| command.throttle);
+            self.lift.feels(
+                imu.specific_force_mps2.z / self.settings.vehicle.gravity_mps2,
+                throttle / self.hover_throttle,
+                self.times.now,
+            );
+        } else {
+            self.lift = Lift::default();
             self.computer.restart_landing(&mut self.memory);
         }
         let battery = self.vehicle.and_then(|vehicle| vehicle.battery);

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn prop_faults_in_control_hand_the_vehicle_over_and_nothing_descends_on_old_data() {
-    let cases: [(&str, Fault, f64, Ending); 14] = [
+    let cases: [(&str, Fault, f64, Ending); 16] = [
         ("no mode", |b| b.mute = vec![0], 4.0, Ending::ModeUnknown),
         (
             "a reset of the heading",
@@ -46,6 +46,18 @@ fn prop_faults_in_control_hand_the_vehicle_over_and_nothing_descends_on_old_data
         ),
         ("restart", |b| b.ahead_us = 0, 1.0, Ending::ClockStepped),
         ("NaN", |b| b.specific_force = f32::NAN, 1.0, Ending::Stale),
+        (
+            "a specific force of zero",
+            |b| b.specific_force = 0.0,
+            0.6,
+            Ending::Stale,
+        ),
+        (
+            "a specific force upside down",
+            |b| b.specific_force = 9.81,
+            0.6,
+            Ending::Stale,
+        ),
         (
             "another autopilot with the same id",
             |b| {
