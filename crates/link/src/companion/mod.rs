@@ -75,7 +75,7 @@ use echo::Echo;
 use lift::Lift;
 use state::Timing;
 use touch::TouchWatch;
-use vehicle::Vehicle;
+use vehicle::{Hints, Vehicle};
 
 type Memory = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
 
@@ -183,7 +183,7 @@ pub struct Companion {
     notes: Vec<String>,
     other_senders: u64,
     /// Whether an autopilot with another system id than the wanted one was noted.
-    noticed_another: bool,
+    hints: Hints,
     times: Times,
     echo: Echo,
     /// Whether the accelerometer feels the motors, in control.
@@ -289,7 +289,7 @@ impl Companion {
             ending: None,
             notes: Vec::new(),
             other_senders: 0,
-            noticed_another: false,
+            hints: Hints::default(),
             times: Times::default(),
             echo: Echo::default(),
             lift: Lift::default(),

@@ -53,6 +53,7 @@ impl Companion {
         if due(&mut self.times.heartbeat, now, SECOND_US) {
             self.send(&messages::heartbeat(), out);
         }
+        self.notice_silence();
         if self.stage == Stage::Ended || self.vehicle.is_none() {
             return;
         }

@@ -23,6 +23,17 @@ const FRAMES: u32 = 256;
 /// found by their clocks.
 const STEPS_BACK: u32 = 32;
 
+/// Time after which a silent link is told, µs. Autopilots send a heartbeat a second.
+const UNHEARD_US: i64 = 10_000_000;
+
+/// What has been said before an autopilot was heard.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Hints {
+    another: bool,
+    silence: bool,
+    began: Option<i64>,
+}
+
 /// The vehicle that has been heard.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vehicle {
@@ -188,18 +199,44 @@ impl Companion {
         self.mode(heartbeat.custom_mode, armed);
     }
 
-    /// Says once that an autopilot is heard which is not the one that the settings name.
+    /// Says once that an autopilot is heard which is not the one that the settings name, or not of a kind that can be flown.
     fn notice_another(&mut self, frame: &Frame, heartbeat: &HEARTBEAT_DATA) {
-        let wanted = self.settings.system_id;
-        let autopilot = Autopilot::of(heartbeat.autopilot, heartbeat.mavtype);
-        let (Some(autopilot), None, false) = (autopilot, self.vehicle, self.noticed_another) else {
+        if self.vehicle.is_some() || self.hints.another || frame.component != AUTOPILOT {
             return;
+        }
+        let (wanted, found) = (self.settings.system_id, frame.system);
+        let HEARTBEAT_DATA {
+            autopilot: firmware,
+            mavtype,
+            ..
+        } = heartbeat;
+        let note = match Autopilot::of(*firmware, *mavtype) {
+            Some(autopilot) => format!(
+                "system_id: expected an autopilot with system id {wanted}, found {} with system id {found}: it is ignored",
+                autopilot.name()
+            ),
+            None if wanted == 0 || wanted == found => format!(
+                "expected PX4 or ArduPilot of a multirotor, found {firmware:?} of {mavtype:?} with system id {found}: it is ignored"
+            ),
+            // Others may share the link with the one that is waited for.
+            None => return,
         };
-        if wanted != 0 && wanted != frame.system && frame.component == AUTOPILOT {
-            self.noticed_another = true;
-            let (name, found) = (autopilot.name(), frame.system);
+        self.hints.another = true;
+        self.notes.push(note);
+    }
+
+    /// Says once that no autopilot has been heard for long.
+    pub(super) fn notice_silence(&mut self) {
+        let began = *self.hints.began.get_or_insert(self.times.now);
+        if self.vehicle.is_none()
+            && !self.hints.silence
+            && !self.hints.another
+            && self.times.now - began > UNHEARD_US
+        {
+            self.hints.silence = true;
             self.notes.push(format!(
-                "system_id: expected an autopilot with system id {wanted}, found {name} with system id {found}: it is ignored"
+                "no heartbeat of an autopilot for {} s: `link` must be the port to which it sends, at its speed",
+                UNHEARD_US / 1_000_000
             ));
         }
     }

@@ -261,3 +261,25 @@ fn prop_an_autopilot_with_another_system_id_is_named_once() {
     let expected = "system_id: expected an autopilot with system id 77, found PX4 with system id 7: it is ignored";
     assert_eq!(said, [expected]);
 }
+
+#[test]
+fn prop_an_autopilot_that_cannot_be_flown_and_a_silent_link_are_told_once() {
+    let mut bench = Bench::new();
+    bench.autopilot = MavAutopilot::MAV_AUTOPILOT_GENERIC;
+    bench.run(15.0);
+    assert_eq!(bench.companion.stage(), Stage::Waiting);
+    let expected = "expected PX4 or ArduPilot of a multirotor, found MAV_AUTOPILOT_GENERIC of MAV_TYPE_QUADROTOR with system id 7: it is ignored";
+    assert_eq!(bench.companion.take_notes(), [expected]);
+
+    let mut bench = Bench::new();
+    bench.mute = vec![0];
+    bench.run(9.9);
+    assert!(bench.companion.take_notes().is_empty());
+    bench.run(15.0);
+    let expected = "no heartbeat of an autopilot for 10 s: `link` must be the port to which it sends, at its speed";
+    assert_eq!(bench.companion.take_notes(), [expected]);
+    // It may come later.
+    bench.mute = Vec::new();
+    bench.run(2.0);
+    assert_ne!(bench.companion.stage(), Stage::Waiting);
+}

@@ -184,19 +184,20 @@ fn replay(context: &Context, path: &Path) -> Result<Done> {
         );
     }
     if let Some(difference) = &replay.difference {
+        let sent = |messages: &[String]| match messages {
+            [] => "nothing".to_string(),
+            messages => messages.join(", "),
+        };
         return Err(Error::data(
             path.display().to_string(),
             format!(
-                "the bytes of the flight: {}",
-                difference.recorded.join(", ")
-            ),
-            format!(
-                "other bytes at {} s, upon event {} ({}): {}",
+                "the bytes of the flight, {} at {:.6} s upon event {} ({})",
+                sent(&difference.recorded),
                 difference.time_s,
                 difference.index,
                 difference.event,
-                difference.replayed.join(", ")
             ),
+            sent(&difference.replayed),
         ));
     }
     context.object(&replay);
