@@ -38,7 +38,7 @@ pub struct SeriesSettings {
 
 /// Where a measured motion is smoothed.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a frequency in Hz, \"noise\" or \"off\"")]
 pub enum Cutoff {
     /// A frequency, Hz.
     Hz(f64),

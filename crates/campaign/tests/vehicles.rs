@@ -57,10 +57,45 @@ fn prop_what_two_places_state_and_what_does_not_lift_is_refused() {
             "[vehicle]\npreset = \"x8_4kg\"\nrotors = 7\n",
             "an even number",
         ),
+        // The vehicle of 13.4 N, with less.
+        (
+            "[vehicle]\ngreatest_thrust_n = 5.0\n",
+            "1.3 times the weight",
+        ),
+        ("[vehicle]\nmass_kg = 1370\n", "at most 1000 kg"),
+        ("[vehicle]\nrotors = 2\n", "three arms"),
+        ("[vehicle]\nrotors = 4\ncoaxial = true\n", "three arms"),
+        (
+            "[vehicle]\nscales_deck = true\n",
+            "by which the deck is scaled",
+        ),
     ] {
         let error = sweep(text).map(drop).unwrap_err().to_string();
         assert!(error.contains(said), "{text}: {error}");
     }
+}
+
+#[test]
+fn prop_a_thrust_or_rotors_alone_make_another_vehicle() {
+    let lander = |text: &str| sweep(text).unwrap().lander(0).unwrap();
+    let of = |text: &str| {
+        let lander = lander(text);
+        let limits = lander.computer().controller.limits;
+        (limits.thrust_max_n, lander.scenario().plant.rotor_spacing_m)
+    };
+    let (thrust_n, spacing_m) = of("trials = 1\n");
+    let (more_n, same_m) = of("trials = 1\n[vehicle]\ngreatest_thrust_n = 30.0\n");
+    assert!(
+        more_n > 1.3 * thrust_n && same_m == spacing_m,
+        "{more_n} {thrust_n}"
+    );
+    let (same_n, six_m) = of("trials = 1\n[vehicle]\nrotors = 6\n");
+    // The lever of six arms over that of four: (1/2 + 1 + 1/2)/3 times the root of two. Rounding only.
+    let lever = 2.0 / 3.0 * 2.0_f64.sqrt();
+    assert!(
+        same_n == thrust_n && (six_m / spacing_m - lever).abs() < 1e-12,
+        "{six_m}"
+    );
 }
 
 #[test]

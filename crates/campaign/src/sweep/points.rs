@@ -403,7 +403,10 @@ impl Sweep {
             .iter()
             .map(|(key, value)| format!("\"{key}\" = {value}"))
             .collect();
-        self.bad("scenario", &format!("with {}: {message}", at.join(", ")))
+        match at.as_slice() {
+            [] => self.bad("scenario", message),
+            at => self.bad("scenario", &format!("with {}: {message}", at.join(", "))),
+        }
     }
 }
 

@@ -20,6 +20,10 @@ const SAME: [(&str, &str); 3] = [
     ("arm_m", "plant.rotor_spacing_m"),
 ];
 
+/// Masses of the presets, on which landings were tried, kg.
+const LEAST_KG: f64 = 0.03;
+const GREATEST_KG: f64 = 25.0;
+
 /// Cards that describe the vehicle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct VehicleCards<'a> {
@@ -31,7 +35,7 @@ pub(super) struct VehicleCards<'a> {
 /// Returns what was done, in a line.
 ///
 /// # Errors
-/// A mass or size that the scenario states, too; a vehicle whose thrust does not lift it.
+/// A mass or size that the scenario states, too; a deck that is scaled by nothing; fewer than three arms; a vehicle whose thrust does not lift it.
 pub(super) fn put_into(
     scenario: &mut SpaceScenario,
     vehicle: &VehicleSettings,
@@ -51,14 +55,30 @@ pub(super) fn put_into(
         let model = vehicle.thrust(card)?;
         given.greatest_thrust_n = given.greatest_thrust_n.or(Some(greatest_thrust_n(&model)));
     }
-    let resized = resize(scenario, &given, cards, stated)?;
+    let own = vehicle.with_preset();
+    let sized = given.mass_kg.or(given.rotor_radius_m).or(given.arm_m);
+    if sized.is_none() && own.scales_deck == Some(true) {
+        let message =
+            "expected `mass_kg` or `rotor_radius_m` beside it, by which the deck is scaled";
+        return Err(bad("vehicle.scales_deck", message));
+    }
+    // Rotors in a row or on one axis cannot hold an attitude.
+    if given.layout().arms() < 3 {
+        let message = format!(
+            "expected at least three arms (3 rotors, or 6 coaxial ones), found {}",
+            given.layout().arms()
+        );
+        return Err(bad("vehicle.rotors", &message));
+    }
+    let another = own.greatest_thrust_n.is_some() || own.layout() != RotorLayout::flat(4);
+    let resized = (sized.is_some() || another) && resize(scenario, &given, cards, stated)?;
     if resized {
         said.push(text(scenario, given.layout()));
     }
     if let Some(card) = cards.thrust {
         said.extend(vehicle.multiplied(card));
         // Nothing else than the card knows the motors of a vehicle of a user's own.
-        let only_card = resized && vehicle.with_preset().greatest_thrust_n.is_none();
+        let only_card = resized && own.greatest_thrust_n.is_none();
         said.extend(motors(scenario, card, only_card, stated)?);
     }
     // The card's own thrust is checked with its motors, whose law may give less beyond the card's throttles.
@@ -93,10 +113,6 @@ fn resize(
     cards: VehicleCards<'_>,
     stated: &StatedKeys,
 ) -> Result<bool> {
-    let sized = given.mass_kg.or(given.rotor_radius_m).or(given.arm_m);
-    if sized.is_none() {
-        return Ok(false);
-    }
     let of = given.ratios();
     let of_card = |key: &str| {
         cards.thrust.is_some() && key.starts_with("models.thrust")
@@ -124,9 +140,15 @@ fn text(scenario: &SpaceScenario, layout: RotorLayout) -> String {
         RotorLayout { rotors: 4, .. } => String::new(),
         RotorLayout { rotors, .. } => format!(", {rotors} rotors"),
     };
+    // Scaled values end in digits of rounding.
+    let mass_kg = (plant.mass_kg * 1e6).round() / 1e6;
+    let tried = match (LEAST_KG..=GREATEST_KG).contains(&mass_kg) {
+        true => String::new(),
+        false => format!("; landings were tried with {LEAST_KG} to {GREATEST_KG} kg"),
+    };
     format!(
-        "simulated vehicle: {} kg, rotor radius {:.4} m{rotors}",
-        plant.mass_kg, plant.rotor_radius_m
+        "simulated vehicle: {mass_kg} kg, rotor radius {:.4} m{rotors}{tried}",
+        plant.rotor_radius_m
     )
 }
 

@@ -43,6 +43,9 @@ pub(crate) const LEAST_THRUST_TO_WEIGHT: f64 = 1.3;
 /// takes that error away for poor cards; twice flies controllers with a thrust that no stand gets wrong.
 const OF_THE_SAME_MOTORS: f64 = 0.05;
 
+/// Greatest mass of a vehicle, kg. It is that of the heaviest multirotors that are built; above it, somebody meant grams.
+const GREATEST_MASS_KG: f64 = 1000.0;
+
 /// What is stated of the vehicle; without a value, the preset's, then the thrust card's, then the simulated one's.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -160,6 +163,10 @@ impl VehicleSettings {
         if coaxial && rotors % 2 == 1 {
             let expected = "an even number of coaxial rotors";
             return Err(bad("vehicle.rotors", expected, rotors.to_string()));
+        }
+        if let Some(mass_kg) = self.mass_kg.filter(|kg| *kg > GREATEST_MASS_KG) {
+            let expected = format!("a mass of at most {GREATEST_MASS_KG} kg");
+            return Err(bad("vehicle.mass_kg", &expected, mass_kg.to_string()));
         }
         Ok(())
     }

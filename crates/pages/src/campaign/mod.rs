@@ -131,14 +131,16 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
         (false, _) => Callout::Failure,
     };
     let all = format!(
-        "{}, {} in the first descent; {}.",
-        match landed == flown {
-            true => format!("All {landed} trials land"),
-            false => format!("{landed} of {flown} trials land"),
+        "{}{}; {}.",
+        match landed {
+            0 => format!("None of {flown} trials lands"),
+            _ if landed == flown => format!("All {landed} trials land"),
+            _ => format!("{landed} of {flown} trials land"),
         },
         match total(|f| f.landed_at_first) {
-            first if first == landed => "all".to_string(),
-            first => format!("{first} of them"),
+            _ if landed == 0 => String::new(),
+            first if first == landed => ", all in the first descent".to_string(),
+            first => format!(", {first} of them in the first descent"),
         },
         match crashed {
             0 => "none crashes".to_string(),

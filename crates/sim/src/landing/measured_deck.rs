@@ -11,7 +11,9 @@ pub(super) fn check_length(motion: &MotionSpline, timeout_s: f64) -> Result<(), 
     check::that(
         to_s - from_s > needed_s,
         "deck",
-        &format!("a series of more than {needed_s} s"),
+        &format!(
+            "a series of more than {needed_s:.1} s, the time after which a landing ends and a second"
+        ),
         to_s - from_s,
     )
 }

@@ -51,8 +51,9 @@ impl TouchdownJudge {
         let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
         let down = self.log.feet_down > 0;
         if down {
-            // The speed before the legs slowed the vehicle.
-            let speed_mps = if self.was_down {
+            // The speed before the legs slowed the vehicle, and that of a crash in any case.
+            let crashes = crash.class(-now.before_mps) == TouchClass::Crash;
+            let speed_mps = if self.was_down && !crashes {
                 0.0
             } else {
                 (-now.before_mps).max(0.0)
@@ -170,6 +171,15 @@ mod tests {
         let all = [touch, further, air, bounce];
         assert_eq!(judged(&all), (None, of(0.3, 0.05)));
         assert_eq!(judged(&[(1, standing(-0.2, 0.0))]), (None, of(0.0, 0.0)));
+        // A fall onto further feet that is a crash has its speed.
+        let fast = SpaceScenario::default().crash.speed_mps + 0.01;
+        let crash = Some(SpaceOutcome::Crashed {
+            cause: CrashCause::Speed,
+        });
+        assert_eq!(
+            judged(&[touch, (2, standing(fast, 0.01))]),
+            (crash, of(fast, 0.01))
+        );
     }
 
     #[test]
