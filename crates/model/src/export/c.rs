@@ -41,7 +41,7 @@ pub(super) fn files<R: Number>(
     };
     vec![
         file(".c", source(card, &family, limits, name)),
-        file(".h", filled::<R>(&self::header(card, header, name), name)),
+        file(".h", self::header(card, &filled::<R>(header, name), name)),
         file("_test.c", vectors::test_program(model, name)),
         ExportedFile {
             name: "Makefile".to_owned(),
@@ -222,13 +222,12 @@ fn source<R: Number>(
     limits: Option<&Guarded<R>>,
     name: &str,
 ) -> String {
-    let mut text = opening(card);
-    text.push_str(&format!(
+    let mut text = format!(
         "#include \"{name}.h\"\n\n#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\
          #include <string.h>\n\n/* Coefficients, in the order that the model's comment names. */\n\
          static const REAL C[{}] = {{\n",
         family.constants.len()
-    ));
+    );
     for value in &family.constants {
         text.push_str(&format!("    {},\n", value.literal()));
     }
@@ -275,7 +274,8 @@ fn source<R: Number>(
     let text = text
         .replace("@VELOCITY@", velocity)
         .replace("@OUTSIDE@", outside);
-    filled::<R>(&text, name)
+    // The card's own text is not code.
+    opening(card) + &filled::<R>(&text, name)
 }
 
 /// Pieces of C with names, type and literals of the precision.

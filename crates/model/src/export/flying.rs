@@ -1,12 +1,15 @@
 //! The flight model of a card in the precision of an export.
 
 use touchdown_flight::Real;
+use touchdown_flight::error::SettingsError;
 use touchdown_flight::ground_effect::{
-    Empirical, GroundEffectModel, Guarded, Lag, Polynomial, Ratio, StaticMap, Validity,
+    Empirical, GroundEffect as _, GroundEffectModel, Guarded, Lag, Polynomial, Ratio, StaticMap,
+    Validity,
 };
 use touchdown_flight::real::r;
 use touchdown_flight::thrust::{
-    FirstOrder, LaggedThrottle, Library, LibraryOfRotors, StaticThrust, ThrustModel,
+    FirstOrder, LaggedThrottle, Library, LibraryOfRotors, ROOT_THRUST_MAX, StaticThrust,
+    ThrustModel,
 };
 
 use crate::card::{Card, Kind};
@@ -20,15 +23,37 @@ pub(super) enum FlyingModel<R: Real> {
 
 impl<R: Real> FlyingModel<R> {
     /// The card's model, each number rounded to the precision.
+    ///
+    /// # Errors
+    /// A card that does not fly; numbers that have no place in the precision; a greatest thrust beyond that of the models.
     pub(super) fn of(card: &Card) -> Result<Self, CardError> {
-        Ok(match card.kind {
+        let refused = |reason: String| CardError::NotForFlight {
+            card: card.name.clone(),
+            reason,
+        };
+        let rounded =
+            |error: SettingsError| refused(format!("in the precision of the export: {error}"));
+        match card.kind {
             Kind::Thrust => {
                 // Without a number of rotors, the thrust is that of those that were measured.
                 let rotors = card.vehicle.rotors.or(card.measured_rotors);
-                Self::Thrust(thrust(&card.thrust_model_of(rotors)?))
+                let model = card.thrust_model_of(rotors)?;
+                if model.rest(1.0) >= ROOT_THRUST_MAX {
+                    let most_n = ROOT_THRUST_MAX * ROOT_THRUST_MAX;
+                    return Err(refused(format!(
+                        "expected a greatest thrust below {most_n} N, the most that a model holds"
+                    )));
+                }
+                let model = thrust(&model);
+                model.validate().map_err(rounded)?;
+                Ok(Self::Thrust(model))
             }
-            Kind::GroundEffect => Self::GroundEffect(guarded(&card.ground_effect()?)),
-        })
+            Kind::GroundEffect => {
+                let model = guarded(&card.ground_effect()?);
+                model.validate().map_err(rounded)?;
+                Ok(Self::GroundEffect(model))
+            }
+        }
     }
 }
 

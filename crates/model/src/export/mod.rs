@@ -142,10 +142,20 @@ fn in_comment(text: &str) -> String {
             }
         })
         .collect();
-    one_line.replace("*/", "* /").replace("/*", "/ *")
+    one_line
+        .replace("*/", "* /")
+        .replace("/*", "/ *")
+        .replace("??", "? ?")
 }
 
-/// A name as an identifier of C and Rust and as a file name.
+/// Names that would be those of functions of the exported code, or whose header would hide another: those of C99, of
+/// `touchdown-ffi` and of the vertical controller.
+const TAKEN: &str = "
+    air deck family library main near touchdown vertical
+    assert complex ctype errno features fenv float inttypes iso646 limits locale math memory setjmp signal stdalign stdarg
+    stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings tgmath threads time uchar wchar wctype";
+
+/// A name as an identifier of C and Rust and as a file name. One that is taken gets `_model` behind it.
 fn identifier(name: &str) -> String {
     let plain: String = name
         .chars()
@@ -157,7 +167,15 @@ fn identifier(name: &str) -> String {
             }
         })
         .collect();
-    sindy_expr::code_identifier(&plain)
+    // A run of `_` is reserved in C++.
+    let parts: Vec<&str> = plain.split('_').filter(|part| !part.is_empty()).collect();
+    let name = sindy_expr::code_identifier(&parts.join("_"));
+    let taken = TAKEN.split_ascii_whitespace().any(|word| word == name);
+    if taken || name.ends_with("_t") || name.starts_with("td_") {
+        name + "_model"
+    } else {
+        name
+    }
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ fn thrust_form(model: &ThrustModel<f32>) -> &'static str {
 fn ground_effect(model: &Guarded<f32>, coefficients: &str, name: &str) -> String {
     let (form, mu) = match &model.model {
         GroundEffectModel::None => ("NONE", None),
-        GroundEffectModel::Empirical(m) => ("EMPIRICAL", Some(m.mu)),
+        GroundEffectModel::Empirical(m) => ("EMPIRICAL", Some(m)),
         GroundEffectModel::StaticMap(_) => ("STATIC_MAP", None),
         GroundEffectModel::Polynomial(_) => ("POLYNOMIAL", None),
         GroundEffectModel::Ratio(_) => ("RATIO", None),
@@ -56,13 +56,20 @@ fn ground_effect(model: &Guarded<f32>, coefficients: &str, name: &str) -> String
     let v = &model.validity;
     let limits = [v.height_min_m, v.height_max_m, v.ratio_min, v.ratio_max];
     let limits = limits.map(Number::literal).join(", ");
-    let mu = mu.map_or_else(String::new, |mu| {
-        format!(
-            "\n/* For TD_METHOD_EMPIRICAL: settings.models.empirical_mu = {name}_mu; */\n\
+    // TD_METHOD_EMPIRICAL has the coefficient alone.
+    let mu = match mu {
+        None => String::new(),
+        Some(m) if m.rotor_offset_m != 0.0 => {
+            "\n/* TD_METHOD_EMPIRICAL knows no rotor offset, and this card has one: \
+             fly the model by TD_METHOD_DYNAMIC. */\n"
+                .to_owned()
+        }
+        Some(m) => format!(
+            "\n/* For TD_METHOD_EMPIRICAL, without the limits of the card: settings.models.empirical_mu = {name}_mu; */\n\
              static const float {name}_mu = {};\n",
-            mu.literal()
-        )
-    });
+            m.mu.literal()
+        ),
+    };
     format!(
         "/* For TD_METHOD_DYNAMIC: settings.models.ground_effect = {name}; */\n\
          static const td_ground_effect {name} = {{\n    TD_GROUND_EFFECT_FORM_{form},\n    \

@@ -194,6 +194,96 @@ fn xval_c_computes_the_bits_of_rust() {
 }
 
 #[test]
+fn prop_every_name_of_a_card_compiles() {
+    let Some(compiler) = ["gcc", "clang"].into_iter().find(|c| is_there(c)) else {
+        return;
+    };
+    // Words of the exported code, headers of C, and types.
+    const NAMES: [&str; 17] = [
+        "lag",
+        "linear",
+        "family",
+        "finite",
+        "library",
+        "deck",
+        "air",
+        "map",
+        "math",
+        "string",
+        "main",
+        "near",
+        "vertical",
+        "touchdown",
+        "uint32_t",
+        "é-é",
+        "R(1.5) REAL NAME_x",
+    ];
+    let cards = cards();
+    let of = |form: Form| cards.iter().find(|card| card.form == form).unwrap();
+    for name in NAMES {
+        for form in [Form::Lag, Form::Ratio, Form::Library] {
+            let mut card = of(form).clone();
+            card.name = name.into();
+            card.measured_rotors = Some(1);
+            card.vehicle.rotors = Some(4);
+            run(&card, Precision::Single, compiler, "-O0");
+        }
+        let mut thrust = of(Form::Library).clone();
+        thrust.name = name.into();
+        let air = of(Form::Lag);
+        run_vertical(
+            &[&thrust, air],
+            Method::Dynamic,
+            Precision::Single,
+            compiler,
+            "-O0",
+        );
+    }
+}
+
+#[test]
+fn prop_what_the_precision_or_the_models_do_not_hold_is_refused() {
+    let cards = cards();
+    let of = |form: Form| cards.iter().find(|card| card.form == form).unwrap();
+    let refused = |card: &Card, expected: &str| {
+        for language in [Language::C, Language::Rust, Language::CSettings] {
+            let error = export(card, language, Precision::Single)
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    };
+    let mut card = of(Form::Lag).clone();
+    card.terms[1].value = 1e39;
+    assert!(export(&card, Language::C, Precision::Double).is_ok());
+    refused(&card, "in the precision of the export");
+    let mut card = of(Form::FirstOrder).clone();
+    card.terms[2].value = 1e-50;
+    refused(&card, "in the precision of the export");
+    let mut card = of(Form::StaticThrust).clone();
+    card.terms[2].value = 2500.0;
+    refused(&card, "below 900 N");
+}
+
+#[test]
+fn regress_settings_of_eq_2_do_not_lose_its_offset() {
+    let cards = cards();
+    let card = cards
+        .iter()
+        .find(|card| card.form == Form::Empirical)
+        .unwrap();
+    let text = |card: &Card| {
+        export(card, Language::CSettings, Precision::Single).unwrap()[0]
+            .text
+            .clone()
+    };
+    assert!(!text(card).contains("_mu =") && text(card).contains("rotor offset"));
+    let mut without = card.clone();
+    without.constants.insert("h_r".into(), 0.0);
+    assert!(text(&without).contains("_mu ="));
+}
+
+#[test]
 fn xval_the_vertical_controller_in_c_computes_the_bits_of_rust() {
     let cards = cards();
     let of = |form: Form| cards.iter().find(|card| card.form == form).unwrap();

@@ -1,3 +1,7 @@
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
+#error "compile without -ffast-math and -ffinite-math-only: results would be wrong, and NaN would pass"
+#endif
+
 static REAL max_of(REAL a, REAL b)
 {
     return ((a > b) || isnan(b)) ? a : b;

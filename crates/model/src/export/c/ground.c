@@ -1,5 +1,5 @@
 /* The input with every value that is not finite taken from the last one. */
-static NAME_input finite_input(const NAME_input *input, const NAME_input *last)
+static NAME_input input_or_last(const NAME_input *input, const NAME_input *last)
 {
     NAME_input result;
     result.thrust_n = finite_or(input->thrust_n, last->thrust_n);
@@ -24,7 +24,7 @@ void NAME_init(NAME_state *state, const NAME_input *input)
 {
     const NAME_input unknown = {R(0.0), R(0.0), HEIGHT_MAX_M, R(0.0), R(0.0)};
     NAME_input inner;
-    state->input = finite_input(input, &unknown);
+    state->input = input_or_last(input, &unknown);
     inner = input_within(&state->input);
     state->value = family_limit(family_rest(&inner), inner.thrust_n);
 }
@@ -34,7 +34,7 @@ NAME_lift NAME_step(NAME_state *state, const NAME_input *input, REAL dt)
     NAME_input inner;
     NAME_lift lift;
     REAL remaining = R(1.0);
-    state->input = finite_input(input, &state->input);
+    state->input = input_or_last(input, &state->input);
     inner = input_within(&state->input);
     state->value = family_limit(family_advance(state->value, &inner, usable_dt(dt)), inner.thrust_n);
     lift = family_lift(state->value, &inner);

@@ -19,7 +19,7 @@ static NAME_lift family_lift(REAL value, const NAME_input *input)
 
 static REAL family_advance(REAL value, const NAME_input *input, REAL dt)
 {
-    return lag_step(value, map_ratio(input->height_m), C[9], dt);
+    return advance_lag(value, map_ratio(input->height_m), C[9], dt);
 }
 
 static REAL family_limit(REAL value, REAL thrust_n)

@@ -24,7 +24,7 @@ static NAME_lift family_lift(REAL value, const NAME_input *input)
 
 static REAL family_advance(REAL value, const NAME_input *input, REAL dt)
 {
-    return linear_step(value, drive(input), C[1], dt);
+    return advance_linear(value, drive(input), C[1], dt);
 }
 
 static REAL family_limit(REAL value, REAL thrust_n)

@@ -1,5 +1,5 @@
 /* y' = (target - y) / tau over dt; holds y where the result is not finite. */
-static REAL lag_step(REAL y, REAL target, REAL tau, REAL dt)
+static REAL advance_lag(REAL y, REAL target, REAL tau, REAL dt)
 {
     return finite_or(y - (target - y) * exp_m1_of(-dt / tau), y);
 }

@@ -1,5 +1,5 @@
 /* y' = a + b y over dt; holds y where the result is not finite. */
-static REAL linear_step(REAL y, REAL a, REAL b, REAL dt)
+static REAL advance_linear(REAL y, REAL a, REAL b, REAL dt)
 {
     const REAL bdt = b * dt;
     const REAL scale = (fabsR(bdt) <= R(0.0)) ? R(1.0) : (exp_m1_of(bdt) / bdt);

@@ -12,7 +12,8 @@ void NAME_init(NAME_state *state, REAL throttle);
 REAL NAME_step(NAME_state *state, REAL throttle, REAL dt);
 
 /* The least throttle in [0, 1] whose thrust at rest is thrust_n; where no throttle gives so much,
- * the one that gives most. */
+ * the one that gives most. The model knows thrusts from 0.09 to 900 N: less counts as 0.09 N, and
+ * so does one that is not a number. */
 REAL NAME_throttle_for(REAL thrust_n);
 
 /* The same, found the sooner the nearer it is to near. */

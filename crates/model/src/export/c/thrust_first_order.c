@@ -6,7 +6,7 @@ static REAL family_rest(REAL s)
 
 static REAL family_step(REAL x, REAL s, REAL dt)
 {
-    return lag_step(x, family_rest(s), C[2], dt);
+    return advance_lag(x, family_rest(s), C[2], dt);
 }
 
 static REAL family_throttle_for(REAL x, REAL near)

@@ -12,5 +12,5 @@ static REAL family_throttle_for(REAL x, REAL near)
 
 static REAL family_step(REAL x, REAL s, REAL dt)
 {
-    return family_rest(lag_step(family_throttle_for(x, s), s, C[4], dt));
+    return family_rest(advance_lag(family_throttle_for(x, s), s, C[4], dt));
 }

@@ -65,7 +65,7 @@ static demand_of_law law_demand(const NAME_state *state, const NAME_settings *se
     } else if (settings->law == NAME_SSC) {
         const REAL u = weight_n + settings->mass_kg * (deck_mps2 + relative_mps2) - settings->k_p * s
             - settings->ssc_rho_n * tanh_of(s / settings->ssc_phi_mps);
-        demand.thrust_n = lag_step(state->filtered_n, u, settings->ssc_filter_s, dt);
+        demand.thrust_n = advance_lag(state->filtered_n, u, settings->ssc_filter_s, dt);
     } else {
         const REAL base = settings->mass_kg * (deck_mps2 + relative_mps2) - settings->k_p * s
             - state->integral_n + weight_n;
