@@ -37,11 +37,7 @@ pub(crate) fn run(context: &Context, args: &ExportArgs) -> Result<Done> {
         cards.push(card);
     }
     if let Some(files) = vertical(args, &cards)? {
-        if let Some((path, ..)) = folders.iter().find(|(_, name, _)| name == VERTICAL_NAME) {
-            return Err(Error::Arguments(format!(
-                "card {path} is named `{VERTICAL_NAME}` as the controller's folder; expected another name"
-            )));
-        }
+        // No card's folder has this name: it is taken.
         folders.push((String::new(), VERTICAL_NAME.to_owned(), files));
     }
     let mut written = Vec::new();
