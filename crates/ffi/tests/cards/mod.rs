@@ -19,7 +19,7 @@ fn published(text: &str, name: &str) -> Card {
 
 /// A card of a ground-effect form, with coefficients near those of the virtual rig.
 fn of_form(form: Form, terms: &[(&str, &str, f64)]) -> Card {
-    let mut card = published(published::EQ_12, "air");
+    let mut card = published(published::EQ_12, "ground");
     card.form = form;
     let term = |&(of, expression, value): &(&str, &str, f64)| Term {
         of: of.into(),
@@ -82,7 +82,7 @@ fn airs() -> Vec<Card> {
         ("y'", "v_p*psi3", 0.7),
     ];
     vec![
-        published(published::EQ_12, "air"),
+        published(published::EQ_12, "ground"),
         of_form(Form::Empirical, &[("mu", "1", 1.96)]),
         of_form(Form::Static, &map),
         of_form(Form::Ratio, &ratio),
@@ -99,9 +99,9 @@ fn in_c(rotors: &Card, air: &Card) -> Option<td_models> {
         }
     }
     let source = folder.path().join("print.c");
-    let text = "#include \"rotors.h\"\n#include \"air.h\"\n#include <stdio.h>\n\
+    let text = "#include \"rotors.h\"\n#include \"ground.h\"\n#include <stdio.h>\n\
         int main(void) {\n    td_models models = {0};\n    models.thrust = rotors;\n    \
-        models.ground_effect = air;\n    \
+        models.ground_effect = ground;\n    \
         return fwrite(&models, sizeof models, 1, stdout) == 1 ? 0 : 1;\n}\n";
     std::fs::write(&source, text).unwrap();
     let program = folder.path().join("print");
