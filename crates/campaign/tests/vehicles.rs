@@ -69,6 +69,10 @@ fn prop_what_two_places_state_and_what_does_not_lift_is_refused() {
             "[vehicle]\nscales_deck = true\n",
             "by which the deck is scaled",
         ),
+        (
+            "[series]\nfile = \"deck.csv\"\ncutoff_hz = \"nois\"\nformat = { time = \"t\", heave = \"z\" }\n",
+            "a frequency in Hz, \"noise\" or \"off\"",
+        ),
     ] {
         let error = sweep(text).map(drop).unwrap_err().to_string();
         assert!(error.contains(said), "{text}: {error}");

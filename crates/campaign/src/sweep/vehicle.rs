@@ -10,7 +10,7 @@ use super::stated::StatedKeys;
 use crate::error::Result;
 use crate::vehicle::scaling::{deck, scaled};
 use crate::vehicle::{
-    LEAST_THRUST_TO_WEIGHT, RotorLayout, VehicleSettings, greatest_thrust_n, motors_by,
+    LEAST_THRUST_TO_WEIGHT, PRESETS, RotorLayout, VehicleSettings, greatest_thrust_n, motors_by,
 };
 
 /// Keys of the scenario that state what a key of `[vehicle]` states.
@@ -19,10 +19,6 @@ const SAME: [(&str, &str); 3] = [
     ("rotor_radius_m", "plant.rotor_radius_m"),
     ("arm_m", "plant.rotor_spacing_m"),
 ];
-
-/// Masses of the presets, on which landings were tried, kg.
-const LEAST_KG: f64 = 0.03;
-const GREATEST_KG: f64 = 25.0;
 
 /// Cards that describe the vehicle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,7 +31,8 @@ pub(super) struct VehicleCards<'a> {
 /// Returns what was done, in a line.
 ///
 /// # Errors
-/// A mass or size that the scenario states, too; a deck that is scaled by nothing; fewer than three arms; a vehicle whose thrust does not lift it.
+/// A mass or size that the scenario states, too; a deck that is scaled by nothing; fewer than three arms; a vehicle whose thrust
+/// does not lift it.
 pub(super) fn put_into(
     scenario: &mut SpaceScenario,
     vehicle: &VehicleSettings,
@@ -70,7 +67,8 @@ pub(super) fn put_into(
         );
         return Err(bad("vehicle.rotors", &message));
     }
-    let another = own.greatest_thrust_n.is_some() || own.layout() != RotorLayout::flat(4);
+    let another =
+        own.greatest_thrust_n.is_some() || own.layout() != VehicleSettings::default().layout();
     let resized = (sized.is_some() || another) && resize(scenario, &given, cards, stated)?;
     if resized {
         said.push(text(scenario, given.layout()));
@@ -142,9 +140,12 @@ fn text(scenario: &SpaceScenario, layout: RotorLayout) -> String {
     };
     // Scaled values end in digits of rounding.
     let mass_kg = (plant.mass_kg * 1e6).round() / 1e6;
-    let tried = match (LEAST_KG..=GREATEST_KG).contains(&mass_kg) {
+    let presets = PRESETS.iter().map(|preset| preset.mass_kg);
+    let least_kg = presets.clone().fold(f64::INFINITY, f64::min);
+    let greatest_kg = presets.fold(0.0, f64::max);
+    let tried = match (least_kg..=greatest_kg).contains(&mass_kg) {
         true => String::new(),
-        false => format!("; landings were tried with {LEAST_KG} to {GREATEST_KG} kg"),
+        false => format!("; landings were tried with {least_kg} to {greatest_kg} kg"),
     };
     format!(
         "simulated vehicle: {mass_kg} kg, rotor radius {:.4} m{rotors}{tried}",

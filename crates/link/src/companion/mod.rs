@@ -182,7 +182,7 @@ pub struct Companion {
     ending: Option<Ending>,
     notes: Vec<String>,
     other_senders: u64,
-    /// Whether an autopilot with another system id than the wanted one was noted.
+    /// What has been said before an autopilot was heard.
     hints: Hints,
     times: Times,
     echo: Echo,

@@ -23,14 +23,17 @@ const FRAMES: u32 = 256;
 /// found by their clocks.
 const STEPS_BACK: u32 = 32;
 
-/// Time after which a silent link is told, µs. Autopilots send a heartbeat a second.
+/// Time without an autopilot's heartbeat after which the companion says so, µs. Autopilots send one a second.
 const UNHEARD_US: i64 = 10_000_000;
 
 /// What has been said before an autopilot was heard.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Hints {
+    /// That another autopilot is on the link.
     another: bool,
+    /// That none is.
     silence: bool,
+    /// When the companion began to listen, µs.
     began: Option<i64>,
 }
 

@@ -11,9 +11,7 @@ pub(super) fn check_length(motion: &MotionSpline, timeout_s: f64) -> Result<(), 
     check::that(
         to_s - from_s > needed_s,
         "deck",
-        &format!(
-            "a series of more than {needed_s:.1} s, the time after which a landing ends and a second"
-        ),
+        &format!("a series of more than {needed_s:.1} s (`timeout_s` and one second)"),
         to_s - from_s,
     )
 }
