@@ -41,6 +41,16 @@ pub enum Warning {
         /// The lag (s).
         lag_s: f64,
     },
+    /// The thrust answers before its command is logged.
+    AnswersEarly {
+        /// By how much (s).
+        early_s: f64,
+    },
+    /// The answer to steps is not that of one lag.
+    NotOneLag {
+        /// Residuals after steps in units of those on plateaus.
+        ratio: f64,
+    },
     /// A lag that sampling and excitation do not resolve.
     LagBelow {
         /// Its 95 % upper bound (s).
@@ -188,6 +198,17 @@ impl fmt::Display for Warning {
             Self::LagAtBound { lag_s } => write!(
                 f,
                 "the lag {lag_s:.4} s is at its bound: the data do not identify it"
+            ),
+            Self::AnswersEarly { early_s } => write!(
+                f,
+                "the thrust answers about {early_s:.3} s before its throttle is logged: the lag is not known, and the static curve may \
+                 err. Log the throttle when it is sent, and by the clock of the load cell"
+            ),
+            Self::NotOneLag { ratio } => write!(
+                f,
+                "after steps the thrust errs {ratio:.1} times as much as on plateaus: it does not answer with one lag, and the lag \
+                 found may err beyond its interval. Causes are hysteresis, a speed controller that limits how fast its output changes, \
+                 a filter of the load cell, throttle that changes between the rows of the log"
             ),
             Self::LagBelow { bound_s } => write!(
                 f,

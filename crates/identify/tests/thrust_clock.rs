@@ -4,7 +4,9 @@ use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use touchdown_identify::settings::ThrustForm;
+use touchdown_identify::warning::Warning;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
+use touchdown_model::Mark;
 use touchdown_model::card::Term;
 use touchdown_trial::Trial;
 
@@ -21,7 +23,26 @@ struct Stand {
     between_samples: bool,
     /// Fall of the battery's voltage by thrust (V/N); none without a battery.
     sag: Option<f64>,
+    /// Commands are ramps of 10 s, up and down.
+    ramps: bool,
+    /// How late a command is logged (s).
+    logged_late_s: f64,
+    /// How fast the output of the speed controller changes at most (1/s).
+    slew: f64,
+    /// Play of the output to either side of the command.
+    play: f64,
 }
+
+const STAND: Stand = Stand {
+    rate_hz: 100.0,
+    duration_s: 30.0,
+    between_samples: false,
+    sag: None,
+    ramps: false,
+    logged_late_s: 0.0,
+    slew: f64::INFINITY,
+    play: 0.0,
+};
 
 /// Root of thrust, command and voltage at one time.
 type Sample = [f64; 3];
@@ -45,13 +66,16 @@ impl Stand {
             })
             .collect();
         let command = |t: f64| {
+            if self.ramps {
+                return 0.2 + 0.7 * (1.0 - (t.max(0.0) / 10.0 % 2.0 - 1.0).abs());
+            }
             let at = changes.partition_point(|c| c[0] <= t + 1e-9).max(1);
             changes[at - 1][1]
         };
         let volts = |x: f64| self.sag.map_or(1.0, |sag| 16.8 - sag * x * x);
         let slope = self.sag.map_or(4.0, |_| 0.24);
         let to = |s: f64, x: f64| -0.2 + slope * s * volts(x);
-        let mut x = 1.0;
+        let (mut x, mut output) = (1.0, command(0.0));
         for _ in 0..1000 {
             x = to(command(0.0), x);
         }
@@ -60,9 +84,13 @@ impl Stand {
         for k in 0..(self.duration_s / STEP_S) as usize {
             let t = k as f64 * STEP_S;
             if k % self.every() == 0 {
-                out.push([x, command(t), volts(x)]);
+                out.push([x, command(t - self.logged_late_s), volts(x)]);
             }
-            x += follows * (to(command(t - DEAD_TIME_S), x) - x);
+            let asked = command(t - DEAD_TIME_S);
+            let played = output.clamp(asked - self.play, asked + self.play);
+            let most = self.slew * STEP_S;
+            output = played.clamp(output - most, output + most);
+            x += follows * (to(output, x) - x);
         }
         out
     }
@@ -116,7 +144,7 @@ fn prop_commands_between_samples_bias_neither_lag_nor_dead_time() {
         rate_hz: 50.0,
         duration_s: 60.0,
         between_samples: true,
-        sag: None,
+        ..STAND
     };
     for seed in 0..6 {
         let made = fit(stand.log(300 + seed, 1), Some(ThrustForm::FirstOrder));
@@ -139,8 +167,7 @@ fn prop_commands_at_samples_are_held() {
     let stand = Stand {
         rate_hz: 50.0,
         duration_s: 60.0,
-        between_samples: false,
-        sag: None,
+        ..STAND
     };
     let made = fit(stand.log(310, 1), Some(ThrustForm::FirstOrder));
     // Exact for held commands: noise of 0.02 N leaves 0.2 ms in either. Straight lines err by half a period.
@@ -151,10 +178,9 @@ fn prop_commands_at_samples_are_held() {
 #[test]
 fn regress_the_voltage_of_a_battery_has_no_dead_time() {
     let stand = Stand {
-        rate_hz: 100.0,
         duration_s: 40.0,
-        between_samples: false,
         sag: Some(0.15),
+        ..STAND
     };
     let made = fit(stand.log(320, 1), None);
     // The product of command and voltage was delayed as a whole: 0.0536 s, with an interval of 0.0009 s to either side.
@@ -169,12 +195,7 @@ fn regress_the_voltage_of_a_battery_has_no_dead_time() {
 
 #[test]
 fn regress_thrust_that_a_logger_repeats_counts_once() {
-    let stand = Stand {
-        rate_hz: 100.0,
-        duration_s: 30.0,
-        between_samples: false,
-        sag: None,
-    };
+    let stand = STAND;
     let made = fit(stand.log(330, 4), Some(ThrustForm::FirstOrder));
     // Repeats taken for measurements gave a dead time of 0.045 s.
     assert!((term(&made, "T_m").value - LAG_S).abs() < 1e-3);
@@ -184,4 +205,72 @@ fn regress_thrust_that_a_logger_repeats_counts_once() {
             .iter()
             .any(|w| w.to_string().contains("0.040 s later"))
     );
+}
+
+#[test]
+fn prop_a_throttle_that_is_logged_late_states_no_wrong_lag() {
+    // The thrust leads its throttle by less than a row: what a logger does that writes the last command of each.
+    for (seed, logged_late_s) in [(340, 0.035), (341, 0.0375), (342, 0.04)] {
+        let stand = Stand {
+            logged_late_s,
+            ..STAND
+        };
+        let made = fit(stand.log(seed, 1), Some(ThrustForm::FirstOrder));
+        let lag = term(&made, "T_m");
+        // Without it the intervals ended at 0.047 to 0.049 s.
+        assert!(lag.ci95.is_none() || holds(lag, LAG_S), "{lag:?}");
+    }
+    // By more than a row: two clocks, or a command that is logged when it is done.
+    for (seed, logged_late_s) in [(343, 0.05), (344, 0.07), (345, 0.11)] {
+        let stand = Stand {
+            logged_late_s,
+            ..STAND
+        };
+        let made = fit(stand.log(seed, 1), Some(ThrustForm::FirstOrder));
+        assert_eq!(term(&made, "T_m").mark, Some(Mark::AtBound));
+        let early = made.warnings.iter().find_map(|w| match w {
+            Warning::AnswersEarly { early_s } => Some(*early_s),
+            _ => None,
+        });
+        // A command at a row is known to the row.
+        let error_s = early.unwrap() - (logged_late_s - DEAD_TIME_S);
+        assert!(error_s.abs() < 0.01, "{early:?}");
+    }
+}
+
+fn misfit(made: &FittedCard) -> Option<f64> {
+    made.warnings.iter().find_map(|w| match w {
+        Warning::NotOneLag { ratio } => Some(*ratio),
+        _ => None,
+    })
+}
+
+#[test]
+fn prop_an_answer_that_is_not_of_one_lag_has_a_warning() {
+    let faithful = fit(STAND.log(350, 1), Some(ThrustForm::FirstOrder));
+    assert_eq!(misfit(&faithful), None);
+    let limited = Stand { slew: 2.0, ..STAND };
+    let played = Stand {
+        play: 0.03,
+        ..STAND
+    };
+    for stand in [limited, played] {
+        let made = fit(stand.log(351, 1), Some(ThrustForm::FirstOrder));
+        assert!(misfit(&made).is_some(), "{:?}", made.warnings);
+    }
+}
+
+#[test]
+fn prop_ramps_of_one_rate_bound_the_lag_only() {
+    let stand = Stand {
+        duration_s: 60.0,
+        ramps: true,
+        play: 0.03,
+        ..STAND
+    };
+    let made = fit(stand.log(360, 1), Some(ThrustForm::FirstOrder));
+    // The play shifts both branches as a lag of 0.4 s does.
+    let lag = term(&made, "T_m");
+    assert_eq!(lag.mark, Some(Mark::UpperBound), "{lag:?}");
+    assert!(lag.upper_bound.unwrap() > LAG_S);
 }

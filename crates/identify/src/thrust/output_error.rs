@@ -7,6 +7,7 @@ use touchdown_trial::Trial;
 use super::free_run::signal::Between;
 use super::free_run::{
     Certainty, CommandRecord, Free, HeldOut, Output, Problem, Resolved, Shape, Solution,
+    has_one_rate,
 };
 use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
@@ -97,6 +98,10 @@ pub(super) fn counts_rows(trial: &Trial) -> bool {
     time.first().is_some_and(|t| t.fract() == 0.0) && time.windows(2).all(|w| w[1] - w[0] == 1.0)
 }
 
+/// Residuals after steps over those on plateaus from which an answer is not that of one lag. Its interval takes in less than
+/// that: errors of a log's clock and wandering noise stay below 2.
+const MISFIT: f64 = 3.0;
+
 /// A fit by output error.
 pub(super) struct LagFit {
     form: LagForm,
@@ -105,6 +110,8 @@ pub(super) struct LagFit {
     /// What the card states.
     pub at: Solution,
     certainty: Certainty,
+    /// Residuals after steps in units of those on plateaus, where there are both.
+    misfit: Option<f64>,
     /// Its error on folds.
     pub held_out: HeldOut,
     rows: usize,
@@ -151,12 +158,24 @@ impl LagFit {
                 certainty.dead_time = None;
             }
         }
+        if let Some(early) = certainty.early {
+            certainty.lag = if early.within_period {
+                joined(certainty.lag, Some(early.lag))
+            } else {
+                Some(Resolved::AtBound { value: at.lag_s })
+            };
+        }
+        if between == Between::Linear && has_one_rate(&records) {
+            certainty.lag = certainty.lag.map(bounded);
+        }
         let rows = problem.len();
+        let misfit = problem.misfit(&at);
         Ok(Self {
             form,
             between,
             at,
             certainty,
+            misfit,
             held_out,
             rows,
             records,
@@ -318,10 +337,21 @@ impl LagFit {
         if !self.at.converged {
             out.push(Warning::NotConverged);
         }
-        match self.certainty.lag {
-            Some(Resolved::Below { bound, .. }) => out.push(Warning::LagBelow { bound_s: bound }),
-            Some(Resolved::AtBound { value }) => out.push(Warning::LagAtBound { lag_s: value }),
-            _ => {}
+        let early = self.certainty.early.filter(|early| !early.within_period);
+        match (early, self.certainty.lag) {
+            (Some(early), _) => out.push(Warning::AnswersEarly {
+                early_s: early.early_s,
+            }),
+            (None, Some(Resolved::Below { bound, .. })) => {
+                out.push(Warning::LagBelow { bound_s: bound });
+            }
+            (None, Some(Resolved::AtBound { value })) => {
+                out.push(Warning::LagAtBound { lag_s: value });
+            }
+            (None, _) => {}
+        }
+        if let Some(ratio) = self.misfit.filter(|ratio| *ratio > MISFIT) {
+            out.push(Warning::NotOneLag { ratio });
         }
         if let Some(Resolved::AtBound { value }) = self.certainty.dead_time {
             out.push(Warning::DeadTimeAtBound { dead_time_s: value });
@@ -358,6 +388,17 @@ fn joined(alone: Option<Resolved>, with: Option<Resolved>) -> Option<Resolved> {
         },
         (below, _) => below,
     })
+}
+
+/// A lag that may also be hysteresis: its upper bound.
+fn bounded(lag: Resolved) -> Resolved {
+    match lag {
+        Resolved::Within(estimate) => Resolved::Below {
+            value: estimate.value,
+            bound: estimate.ci95[1],
+        },
+        other => other,
+    }
 }
 
 /// A time as a card's term, marked where the data do not resolve it.

@@ -17,6 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use sindy::statistics::regression::{ClusterErrors, student_95};
 use sindy::{Gram, Library, Samples};
 
+use super::early::Early;
 use super::signal::Between;
 use super::solve::{Free, LONGEST_DEAD_TIME_S, Problem, SHORTEST_LAG_S, Solution};
 use crate::error::Result;
@@ -29,7 +30,7 @@ const LEAST_PERIODS: f64 = 0.5;
 /// Share of the largest thrust that every measurement errs by at least: logs have about six digits.
 const DIGITS: f64 = 1e-6;
 /// Steps that an interval's end is sought with: to a hundredth of intervals that are a thousandth of the way to the bound.
-const STEPS: usize = 14;
+pub(super) const STEPS: usize = 14;
 /// Student's t of normal noise at 97.5 %.
 const NORMAL_95: f64 = 1.96;
 
@@ -61,12 +62,14 @@ pub(crate) struct Certainty {
     pub lag: Option<Resolved>,
     /// The dead time, where it is free.
     pub dead_time: Option<Resolved>,
+    /// An answer before its command, where the lag is another then. Not sought where the dead time is free.
+    pub early: Option<Early>,
 }
 
 /// Student's t, and the cost by which the profile may rise within an interval.
-struct Threshold {
-    squares: f64,
-    t: f64,
+pub(super) struct Threshold {
+    pub squares: f64,
+    pub t: f64,
 }
 
 impl Problem<'_> {
@@ -98,9 +101,15 @@ impl Problem<'_> {
         };
         let last = p - 1;
         let lag_at = last - usize::from(free.dead_time);
+        let lag = free.lag.then(|| self.lag(at, free, &threshold(lag_at)));
+        let early = match lag {
+            Some(lag) if !free.dead_time => self.early(at, free, lag, &threshold(lag_at)),
+            _ => None,
+        };
         Ok(Certainty {
             coefficients,
-            lag: free.lag.then(|| self.lag(at, free, &threshold(lag_at))),
+            lag,
+            early,
             dead_time: free
                 .dead_time
                 .then(|| self.dead_time(at, free, &threshold(last))),
@@ -163,7 +172,7 @@ impl Problem<'_> {
         Ok((errors, degrees, colour))
     }
 
-    fn lag(&self, at: &Solution, free: Free, threshold: &Threshold) -> Resolved {
+    pub(super) fn lag(&self, at: &Solution, free: Free, threshold: &Threshold) -> Resolved {
         let value = at.lag_s;
         let fixed = Free { lag: false, ..free };
         let rise = |lag_s: f64| {

@@ -6,6 +6,9 @@ use crate::error::{Error, Result};
 
 /// A hole of more periods than these breaks a record: the command in it is not known.
 const HOLE: f64 = 10.0;
+/// Greatest rate over the median one up to which a throttle has one rate: stamps of a logger vary by less, a sine's by more
+/// (1.41).
+const ONE_RATE: f64 = 1.3;
 /// Rows that a record has at least, to be more than a start.
 const LEAST_ROWS: usize = 20;
 
@@ -75,6 +78,16 @@ impl CommandRecord {
         Ok(out)
     }
 
+    /// How fast the throttles change, where they do (1/s).
+    fn rates(&self) -> impl Iterator<Item = f64> {
+        let rates = |motor: &'_ Vec<f64>| {
+            let steps = motor.windows(2).zip(self.time.windows(2));
+            let rates = steps.map(|(u, t)| ((u[1] - u[0]) / (t[1] - t[0])).abs());
+            rates.filter(|rate| *rate > 0.0).collect::<Vec<_>>()
+        };
+        self.motors.iter().flat_map(rates)
+    }
+
     /// Times of the measured thrust.
     pub(crate) fn measured_times(&self) -> impl Iterator<Item = f64> {
         let pairs = self.time.iter().zip(&self.thrust);
@@ -84,6 +97,14 @@ impl CommandRecord {
 
 fn periods(time: &[f64], rows: &[usize]) -> impl Iterator<Item = f64> {
     rows.windows(2).map(|w| time[w[1]] - time[w[0]])
+}
+
+/// Whether throttles rise and fall at one rate alone. A lag then shifts both branches as hysteresis does, and at no other rate
+/// by another amount.
+pub(crate) fn has_one_rate(records: &[CommandRecord]) -> bool {
+    let all = || records.iter().flat_map(CommandRecord::rates);
+    let usual = crate::thrust::plateau::median(all());
+    usual.is_some_and(|usual| all().all(|rate| rate < ONE_RATE * usual))
 }
 
 /// Median time between measurements of thrust (s).

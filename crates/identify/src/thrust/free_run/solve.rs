@@ -72,7 +72,7 @@ pub(crate) struct Problem<'a> {
     /// Longest lag (s).
     pub longest_lag_s: f64,
     /// Record and row of each measurement.
-    rows: Vec<(usize, usize)>,
+    pub(super) rows: Vec<(usize, usize)>,
     /// The piece that each measurement belongs to.
     pub pieces: Vec<usize>,
     /// Measured thrust (N).
