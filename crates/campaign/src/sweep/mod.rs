@@ -16,6 +16,7 @@
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `packed` | a sweep and landings of it as bytes, for another process |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
+//! | `noise` | the noise of the sensors beside the belief of the landing computer |
 //! | `part` | which blocks one run flies: all, a shard, a range |
 //! | `status` | what of a campaign is there |
 //! | `run` | flying what is missing, in the simulation or by another backend |
@@ -30,6 +31,7 @@ mod beside;
 mod check;
 mod draw;
 mod keys;
+mod noise;
 mod packed;
 mod part;
 mod point_table;

@@ -46,7 +46,7 @@ pub struct LandingRow {
     /// `landed`, `crashed`, `tipped_over`, `given_up` or `timed_out`; under an autopilot also `not_flown` or
     /// `autopilot_failed`.
     pub outcome: String,
-    /// Cause of a crash, or why it was given up.
+    /// Cause of a crash, why it was given up, or the phase in which its time was up.
     pub why: Option<String>,
     /// Why descents were broken off, or hovers that sank climbed away from, in their order, joined by ` `.
     pub abort_reasons: Option<String>,
@@ -72,7 +72,7 @@ impl LandingRow {
             SpaceOutcome::Crashed { cause } => ("crashed", name(cause)),
             SpaceOutcome::TippedOver => ("tipped_over", None),
             SpaceOutcome::GivenUp { reason } => ("given_up", reason.as_ref().and_then(name)),
-            SpaceOutcome::TimedOut => ("timed_out", None),
+            SpaceOutcome::TimedOut => ("timed_out", flown.last_phase.as_ref().and_then(name)),
         };
         let reasons: Vec<String> = flown
             .aborts

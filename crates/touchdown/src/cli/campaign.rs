@@ -81,6 +81,9 @@ pub(crate) fn state(context: &Context, sweep: &Sweep) -> Result<()> {
     for warning in sweep.motion_warnings() {
         context.warn(warning);
     }
+    for warning in sweep.noise_warnings()? {
+        context.warn(&warning);
+    }
     if let Some(text) = sweep.air()? {
         context.aside(&text);
     }
@@ -315,7 +318,7 @@ pub(crate) fn write_report(
     output::results(out, results)
 }
 
-/// Prints the summary, why no landing of a point landed, and where the report is.
+/// Prints the summary, why landings did not land, and where the report is.
 pub(crate) fn print_report(
     context: &Context,
     sweep: &Sweep,
@@ -325,7 +328,7 @@ pub(crate) fn print_report(
 ) -> Done {
     let mut lines = vec![table(results)];
     lines.extend(outcomes::not_flown(sweep, rows, results));
-    lines.extend(outcomes::points_without_landing(sweep, rows, results));
+    lines.extend(outcomes::failures(sweep, rows, results));
     context.reported(&lines.join("\n"), out, results);
     Done::Whole
 }

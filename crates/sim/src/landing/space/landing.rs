@@ -279,6 +279,7 @@ impl SpaceLander {
         }
         let mut landing = flight.landing;
         landing.outcome = outcome.unwrap_or(SpaceOutcome::TimedOut);
+        landing.last_phase = Some(flight.phase);
         landing.touch = flight.descending.and_then(|descending| descending.touch);
         landing.before_descent_s = flight
             .descending

@@ -132,6 +132,8 @@ pub struct SpaceLanding {
     pub impact: Option<Impact>,
     /// Estimated latency of readings beyond their stated ages, at the end, s.
     pub estimated_latency_s: f64,
+    /// Phase of the landing computer at the end; none where another computer flies.
+    pub last_phase: Option<Phase>,
     /// Time of the end, s.
     pub end_s: f64,
     /// Steps of the integration.
@@ -156,6 +158,7 @@ impl SpaceLanding {
             greatest_foot_n: 0.0,
             impact: None,
             estimated_latency_s: 0.0,
+            last_phase: None,
             end_s: 0.0,
             steps: 0,
             trace: None,

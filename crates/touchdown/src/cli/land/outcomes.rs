@@ -1,4 +1,4 @@
-//! What became of landings: a row for each, and why none landed.
+//! What became of landings: a row for each, and why some did not land.
 
 use std::collections::BTreeMap;
 
@@ -67,26 +67,40 @@ fn reason_of_vertical(landing: &Landing) -> String {
     }
 }
 
-/// Why no landing of a campaign's point landed, a line for each such point.
-pub(crate) fn points_without_landing(
+/// Points of a campaign that have a line for their failures, at most.
+const MOST_POINTS: usize = 12;
+
+/// Why landings of a campaign did not land, a line for each such point, the one with the fewest landings first.
+pub(crate) fn failures(
     sweep: &Sweep,
     rows: &[LandingRow],
     results: &CampaignResults,
 ) -> Vec<String> {
-    let mut lines = Vec::new();
-    for (point, of_point) in results
-        .points
-        .iter()
-        .zip(rows.chunks(sweep.trials() as usize))
-    {
-        if !of_point.iter().any(LandingRow::landed) {
-            lines.push(format!(
-                "none of {} landings at {} landed: {}",
-                of_point.len(),
-                point.of.label(),
-                counted(of_point.iter().map(reason))
-            ));
+    let of_points = rows.chunks(sweep.trials() as usize);
+    let mut failed: Vec<(usize, String)> = Vec::new();
+    for (point, rows) in results.points.iter().zip(of_points) {
+        let flown = || rows.iter().filter(|row| row.flown());
+        let landed = flown().filter(|row| row.landed()).count();
+        let all = flown().count();
+        if landed == all {
+            continue;
         }
+        let label = point.of.label();
+        let of = match landed {
+            0 => format!("none of {all} landings at {label} landed"),
+            _ => format!("{} of {all} landings at {label} did not land", all - landed),
+        };
+        let why = counted(flown().filter(|row| !row.landed()).map(reason));
+        failed.push((landed, format!("{of}: {why}")));
+    }
+    failed.sort_by_key(|(landed, _)| *landed);
+    let more = failed.len().saturating_sub(MOST_POINTS);
+    let mut lines: Vec<String> = failed.into_iter().map(|(_, line)| line).collect();
+    lines.truncate(MOST_POINTS);
+    if more > 0 {
+        lines.push(format!(
+            "and failures at {more} more points; the report has all"
+        ));
     }
     lines
 }
@@ -115,6 +129,7 @@ pub(crate) fn not_flown(
 /// How a landing in space ended, in words.
 fn reason(row: &LandingRow) -> String {
     let outcome = match &row.why {
+        Some(phase) if row.outcome == "timed_out" => format!("timed out in phase {phase}"),
         Some(why) => format!("{} ({why})", row.outcome),
         None => row.outcome.clone(),
     };
