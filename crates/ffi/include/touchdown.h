@@ -30,6 +30,9 @@
 // Size of the name of a setting, with its final zero.
 #define TD_SETTING_NAME_SIZE 64
 
+// Size of the text of what is expected, with its final zero.
+#define TD_SETTING_EXPECTED_SIZE 96
+
 // Size of the memory of a `td_vertical` on every target, bytes; `td_vertical_size` returns that
 // of this one, which is less.
 #define TD_VERTICAL_SIZE 512
@@ -38,7 +41,7 @@
 #define TD_VERTICAL_ALIGN 8
 
 // What a function returns. Beyond `TD_ERROR_NONE` and `TD_ERROR_SENSOR_NOT_FINITE` nothing was
-// written but the name of a setting.
+// written but the refused setting.
 enum td_error
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -56,11 +59,11 @@ enum td_error
   TD_ERROR_TOO_SMALL = 4,
   // The memory behind a handle has not been initialised.
   TD_ERROR_NOT_INITIALIZED = 5,
-  // A setting is not usable; `td_setting` names it.
+  // A setting is not usable; `td_setting` has its field and what is expected there.
   TD_ERROR_SETTING = 6,
   // The time step is not a finite number above 0.
   TD_ERROR_TIME_STEP = 7,
-  // A number is none of its enumeration's constants.
+  // A number is none of its enumeration's constants. In settings, `td_setting` has its field.
   TD_ERROR_UNKNOWN_VALUE = 8,
   // More than `TD_READINGS_MAX` readings in a step.
   TD_ERROR_TOO_MANY_READINGS = 9,
@@ -424,7 +427,9 @@ typedef struct td_ground_effect {
 typedef struct td_models {
   // Throttle to thrust.
   struct td_thrust_model thrust;
-  // Coefficient of eq. (2), for `TD_METHOD_EMPIRICAL`.
+  // Coefficient of eq. (2), for `TD_METHOD_EMPIRICAL`. That method has limits of its own: heights
+  // of 0.1 to 0.85 m, force over thrust of at most 0.6, and above the force stays. For other
+  // limits or a fade, state eq. (2) as `ground_effect` and fly `TD_METHOD_DYNAMIC`.
   float empirical_mu;
   // Ground effect, for `TD_METHOD_DYNAMIC` and `TD_METHOD_DYNAMIC_OBSERVER`.
   struct td_ground_effect ground_effect;
@@ -475,10 +480,14 @@ typedef struct td_computer_settings {
   uint32_t seeks_deck;
 } td_computer_settings;
 
-// The name of the first setting that is not usable; empty without such an error.
+// The first setting that is not usable; both texts are empty without such an error.
 typedef struct td_setting {
-  // Ends with a zero.
+  // Its field, such as `vehicle.mass_kg`, or the argument of the function. Ends with a zero.
   char name[TD_SETTING_NAME_SIZE];
+  // What is expected there. Ends with a zero.
+  char expected[TD_SETTING_EXPECTED_SIZE];
+  // The number that was found there, or follows from it.
+  double found;
 } td_setting;
 
 // Distance along the range finder's beam.
@@ -716,10 +725,11 @@ td_error td_models_default(struct td_models *models);
 // The models at the paper's ground effect.
 td_error td_models_paper(struct td_models *models);
 
-// The throttle in [0, 1] that carries the vehicle in free air.
+// The throttle in [0, 1] that carries the vehicle in free air. `setting` may be null.
 td_error td_hover_throttle(const struct td_vehicle *vehicle,
                            const struct td_models *models,
-                           float *throttle);
+                           float *throttle,
+                           struct td_setting *setting);
 
 // Size of a `td_vertical` on this target, bytes.
 size_t td_vertical_size(void);

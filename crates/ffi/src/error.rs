@@ -1,11 +1,11 @@
-//! Error codes, their texts, and the name of a setting that is refused.
+//! Error codes, their texts, and the setting that is refused.
 
 use core::ffi::{CStr, c_char};
 
 use crate::numbers::numbered;
 
 /// What a function returns. Beyond `TD_ERROR_NONE` and `TD_ERROR_SENSOR_NOT_FINITE` nothing was
-/// written but the name of a setting.
+/// written but the refused setting.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum td_error {
@@ -21,11 +21,11 @@ pub enum td_error {
     TooSmall = 4,
     /// The memory behind a handle has not been initialised.
     NotInitialized = 5,
-    /// A setting is not usable; `td_setting` names it.
+    /// A setting is not usable; `td_setting` has its field and what is expected there.
     Setting = 6,
     /// The time step is not a finite number above 0.
     TimeStep = 7,
-    /// A number is none of its enumeration's constants.
+    /// A number is none of its enumeration's constants. In settings, `td_setting` has its field.
     UnknownValue = 8,
     /// More than `TD_READINGS_MAX` readings in a step.
     TooManyReadings = 9,
@@ -37,28 +37,30 @@ pub enum td_error {
 
 /// Size of the name of a setting, with its final zero.
 pub const TD_SETTING_NAME_SIZE: usize = 64;
+/// Size of the text of what is expected, with its final zero.
+pub const TD_SETTING_EXPECTED_SIZE: usize = 96;
 
-/// The name of the first setting that is not usable; empty without such an error.
+/// The first setting that is not usable; both texts are empty without such an error.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct td_setting {
-    /// Ends with a zero.
+    /// Its field, such as `vehicle.mass_kg`, or the argument of the function. Ends with a zero.
     pub name: [c_char; TD_SETTING_NAME_SIZE],
+    /// What is expected there. Ends with a zero.
+    pub expected: [c_char; TD_SETTING_EXPECTED_SIZE],
+    /// The number that was found there, or follows from it.
+    pub found: f64,
 }
 
-impl td_setting {
-    /// The name, cut to fit.
-    pub(crate) fn of(name: &str) -> Self {
-        let mut setting = Self {
-            name: [0; TD_SETTING_NAME_SIZE],
-        };
-        let fits = TD_SETTING_NAME_SIZE - 1;
-        for (to, from) in setting.name.iter_mut().take(fits).zip(name.bytes()) {
-            // The same byte, whether `char` of C has a sign or not.
-            *to = from as c_char;
-        }
-        setting
+/// The texts one behind the other, cut to fit, with a final zero.
+pub(crate) fn text_of<const N: usize>(parts: [&str; 2]) -> [c_char; N] {
+    let mut out = [0; N];
+    let bytes = parts.iter().flat_map(|part| part.bytes());
+    for (to, from) in out.iter_mut().take(N - 1).zip(bytes) {
+        // The same byte, whether `char` of C has a sign or not.
+        *to = from as c_char;
     }
+    out
 }
 
 impl From<Result<(), td_error>> for td_error {
@@ -86,7 +88,9 @@ fn text(code: u32) -> &'static CStr {
         td_error::Misaligned => c"a pointer is not aligned for its type",
         td_error::TooSmall => c"the memory is smaller than the size that is required",
         td_error::NotInitialized => c"the memory has not been initialised",
-        td_error::Setting => c"a setting is not usable; td_setting names it",
+        td_error::Setting => {
+            c"a setting is not usable; td_setting has its field and what is expected"
+        }
         td_error::TimeStep => c"the time step is not a finite number above 0",
         td_error::UnknownValue => c"a number is none of its enumeration's constants",
         td_error::TooManyReadings => c"more readings than TD_READINGS_MAX",

@@ -9,7 +9,9 @@
 //! | `memory` | checks of the caller's pointers; all reads and writes through them |
 //! | `numbers` | constants of enumerations by their numbers |
 //! | `refusal` | why an initialisation failed |
-//! | `models` | vehicle, thrust and ground effect as the caller states them |
+//! | `fields` | fields of C's structs by the keys of errors in Rust |
+//! | `vehicle` | vehicle and method as the caller states them |
+//! | `models` | models of thrust and ground effect as the caller states them |
 //! | `vertical` | the vertical controller |
 //! | `computer` | the landing computer |
 //! | `world` | the simulator, on a computer only (feature `world`) |
@@ -44,10 +46,12 @@ extern crate std;
 
 mod computer;
 mod error;
+mod fields;
 mod memory;
 mod models;
 mod numbers;
 mod refusal;
+mod vehicle;
 mod vertical;
 #[cfg(feature = "world")]
 mod world;
@@ -59,12 +63,14 @@ pub use computer::{
     td_gnss, td_phase, td_range, td_reading, td_reading_data, td_reading_kind, td_reason,
     td_request, td_sensed, td_sensors, td_tag,
 };
-pub use error::{TD_SETTING_NAME_SIZE, td_error, td_error_text, td_setting};
-pub use models::{
-    td_ground_effect, td_ground_effect_form, td_hover_throttle, td_method, td_models,
-    td_models_default, td_models_paper, td_outside, td_thrust_form, td_thrust_model, td_vehicle,
-    td_velocity_input,
+pub use error::{
+    TD_SETTING_EXPECTED_SIZE, TD_SETTING_NAME_SIZE, td_error, td_error_text, td_setting,
 };
+pub use models::{
+    td_ground_effect, td_ground_effect_form, td_hover_throttle, td_models, td_models_default,
+    td_models_paper, td_outside, td_thrust_form, td_thrust_model, td_velocity_input,
+};
+pub use vehicle::{td_method, td_vehicle};
 pub use vertical::{
     TD_VERTICAL_ALIGN, TD_VERTICAL_SIZE, td_command, td_measurement, td_vertical,
     td_vertical_align, td_vertical_init, td_vertical_settings, td_vertical_settings_default,

@@ -1,54 +1,20 @@
-//! Vehicle, method and models as the caller states them.
+//! Models of thrust and ground effect as the caller states them.
 
 use touchdown_flight::ground_effect::{
-    Empirical, GroundEffectModel, Guarded, Lag, Outside, Polynomial, Ratio, StaticMap, Validity,
-    VelocityInput,
+    Empirical, GroundEffect as _, GroundEffectModel, Guarded, Lag, Outside, Polynomial, Ratio,
+    StaticMap, Validity, VelocityInput,
 };
-use touchdown_flight::method::Method;
+use touchdown_flight::method::{Feedforward, Method};
 use touchdown_flight::thrust::{
     FirstOrder, LaggedThrottle, Library, LibraryOfRotors, StaticThrust, ThrustModel,
 };
 use touchdown_lander::models::FlightModels;
-use touchdown_lander::settings::VehicleNumbers;
 
-use crate::error::td_error;
-use crate::memory::{check, read, write};
+use crate::error::{td_error, td_setting};
+use crate::memory::{check, check_optional, read, write};
 use crate::numbers::numbered;
 use crate::refusal::Refusal;
-
-/// The vehicle.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct td_vehicle {
-    /// Mass, kg.
-    pub mass_kg: f32,
-    /// Acceleration of gravity, m/s^2.
-    pub gravity_mps2: f32,
-    /// Radius of a rotor, m.
-    pub rotor_radius_m: f32,
-    /// Greatest thrust of all rotors in free air, N.
-    pub greatest_thrust_n: f32,
-}
-
-/// A method of landing. The last two need an inertial unit: the landing computer alone has them.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum td_method {
-    /// Feedback without a model of the ground effect.
-    Feedback = 0,
-    /// The empirical law of height is fed forward.
-    Empirical = 1,
-    /// The identified dynamic model is fed forward.
-    Dynamic = 2,
-    /// Internal-model control, for a deck of known period.
-    Imbc = 3,
-    /// Smooth sliding control.
-    Ssc = 4,
-    /// A disturbance observer in place of a model.
-    Observer = 5,
-    /// The dynamic model and a disturbance observer.
-    DynamicObserver = 6,
-}
+use crate::vehicle::td_vehicle;
 
 /// Form of a thrust model: what its coefficients are, in the order of a card.
 #[repr(u32)]
@@ -142,51 +108,18 @@ pub struct td_ground_effect {
 pub struct td_models {
     /// Throttle to thrust.
     pub thrust: td_thrust_model,
-    /// Coefficient of eq. (2), for `TD_METHOD_EMPIRICAL`.
+    /// Coefficient of eq. (2), for `TD_METHOD_EMPIRICAL`. That method has limits of its own: heights
+    /// of 0.1 to 0.85 m, force over thrust of at most 0.6, and above the force stays. For other
+    /// limits or a fade, state eq. (2) as `ground_effect` and fly `TD_METHOD_DYNAMIC`.
     pub empirical_mu: f32,
     /// Ground effect, for `TD_METHOD_DYNAMIC` and `TD_METHOD_DYNAMIC_OBSERVER`.
     pub ground_effect: td_ground_effect,
 }
 
-impl td_vehicle {
-    pub(crate) fn standard() -> Self {
-        let numbers = VehicleNumbers::default();
-        Self {
-            mass_kg: numbers.mass_kg,
-            gravity_mps2: numbers.gravity_mps2,
-            rotor_radius_m: numbers.rotor_radius_m,
-            greatest_thrust_n: numbers.greatest_thrust_n,
-        }
-    }
-
-    pub(crate) fn numbers(&self) -> VehicleNumbers<f32> {
-        VehicleNumbers {
-            mass_kg: self.mass_kg,
-            gravity_mps2: self.gravity_mps2,
-            rotor_radius_m: self.rotor_radius_m,
-            greatest_thrust_n: self.greatest_thrust_n,
-        }
-    }
-}
-
-numbered!(td_method: Feedback, Empirical, Dynamic, Imbc, Ssc, Observer, DynamicObserver);
 numbered!(td_thrust_form: FirstOrder, Library, Static, LaggedThrottle, LibraryOfRotors);
 numbered!(td_ground_effect_form: None, Empirical, StaticMap, Polynomial, Ratio, Lag);
 numbered!(td_outside: Clamp, Fade);
 numbered!(td_velocity_input: Deck, NegativeRelative);
-
-/// The method of a [`td_method`].
-pub(crate) fn method(number: u32) -> Result<Method, td_error> {
-    Ok(match td_method::of(number)? {
-        td_method::Feedback => Method::Feedback,
-        td_method::Empirical => Method::Empirical,
-        td_method::Dynamic => Method::Dynamic,
-        td_method::Imbc => Method::Imbc,
-        td_method::Ssc => Method::Ssc,
-        td_method::Observer => Method::Observer,
-        td_method::DynamicObserver => Method::DynamicObserver,
-    })
-}
 
 impl td_thrust_model {
     fn new(model: &ThrustModel<f32>) -> Self {
@@ -215,7 +148,15 @@ impl td_thrust_model {
         }
     }
 
-    pub(crate) fn model(&self) -> Result<ThrustModel<f32>, Refusal> {
+    /// The model for a vehicle that it carries.
+    fn model_for(&self, vehicle: &td_vehicle) -> Result<ThrustModel<f32>, Refusal> {
+        vehicle.check()?;
+        let model = self.model()?;
+        model.check_lift(vehicle.weight_n())?;
+        Ok(model)
+    }
+
+    fn model(&self) -> Result<ThrustModel<f32>, Refusal> {
         let [c0, c1, c2, c3, c4, c5, c6, c7, c8] = self.coefficients;
         let library = Library {
             one: c0,
@@ -227,7 +168,14 @@ impl td_thrust_model {
             exp_neg_x_s: c6,
             sin_x_s: c7,
         };
-        let model = match td_thrust_form::of(self.form)? {
+        let unknown = |_| {
+            Refusal::unknown(
+                "models.thrust.form",
+                "a constant of td_thrust_form",
+                self.form,
+            )
+        };
+        let model = match td_thrust_form::of(self.form).map_err(unknown)? {
             td_thrust_form::FirstOrder => ThrustModel::FirstOrder(FirstOrder { c0, c1, t_m_s: c2 }),
             td_thrust_form::Library => ThrustModel::Library(library),
             td_thrust_form::Static => ThrustModel::Static(StaticThrust {
@@ -243,7 +191,9 @@ impl td_thrust_model {
                 root_factor: c8,
             }),
         };
-        model.validate()?;
+        let refused =
+            |error| Refusal::coefficient(error, "models.thrust.coefficients", &self.coefficients);
+        model.validate().map_err(refused)?;
         Ok(model)
     }
 }
@@ -325,13 +275,36 @@ impl td_ground_effect {
         }
     }
 
-    fn guarded(&self) -> Result<Guarded<f32>, td_error> {
+    /// The model; its numbers are not checked.
+    fn guarded(&self) -> Result<Guarded<f32>, Refusal> {
         let [a, b, c, d, e, f, g, h, i, j, k, l] = self.coefficients;
         let map = StaticMap {
             h: [a, b, c, d],
             length_m: [e, f, g],
         };
-        let model = match td_ground_effect_form::of(self.form)? {
+        let unknown = Refusal::unknown;
+        let form = td_ground_effect_form::of(self.form).map_err(|_| {
+            unknown(
+                "models.ground_effect.form",
+                "a constant of td_ground_effect_form",
+                self.form,
+            )
+        })?;
+        let outside = td_outside::of(self.outside).map_err(|_| {
+            unknown(
+                "models.ground_effect.outside",
+                "a constant of td_outside",
+                self.outside,
+            )
+        })?;
+        let velocity = td_velocity_input::of(self.velocity).map_err(|_| {
+            unknown(
+                "models.ground_effect.velocity",
+                "a constant of td_velocity_input",
+                self.velocity,
+            )
+        })?;
+        let model = match form {
             td_ground_effect_form::None => GroundEffectModel::None,
             td_ground_effect_form::Empirical => GroundEffectModel::Empirical(Empirical {
                 mu: a,
@@ -359,12 +332,12 @@ impl td_ground_effect {
                 height_max_m: self.height_max_m,
                 ratio_min: self.ratio_min,
                 ratio_max: self.ratio_max,
-                outside: match td_outside::of(self.outside)? {
+                outside: match outside {
                     td_outside::Clamp => Outside::Clamp,
                     td_outside::Fade => Outside::Fade,
                 },
             },
-            velocity: match td_velocity_input::of(self.velocity)? {
+            velocity: match velocity {
                 td_velocity_input::Deck => VelocityInput::Deck,
                 td_velocity_input::NegativeRelative => VelocityInput::NegativeRelative,
             },
@@ -381,12 +354,23 @@ impl td_models {
         }
     }
 
-    /// The models; their numbers are checked with the controller that gets them.
-    pub(crate) fn models(&self) -> Result<FlightModels<f32>, Refusal> {
+    /// The models of a method, for a vehicle that the thrust carries.
+    pub(crate) fn models(
+        &self,
+        method: Method,
+        vehicle: &td_vehicle,
+    ) -> Result<FlightModels<f32>, Refusal> {
+        let dynamic = self.ground_effect.guarded()?;
+        if method.feedforward() == Feedforward::Dynamic {
+            let coefficients = &self.ground_effect.coefficients;
+            dynamic.validate().map_err(|error| {
+                Refusal::coefficient(error, "models.ground_effect.coefficients", coefficients)
+            })?;
+        }
         Ok(FlightModels {
-            thrust: self.thrust.model()?,
+            thrust: self.thrust.model_for(vehicle)?,
             mu: self.empirical_mu,
-            dynamic: self.ground_effect.guarded()?,
+            dynamic,
         })
     }
 }
@@ -406,24 +390,24 @@ pub unsafe extern "C" fn td_models_paper(models: *mut td_models) -> td_error {
     unsafe { write(models, td_models::new(&FlightModels::paper())) }.into()
 }
 
-/// The throttle in [0, 1] that carries the vehicle in free air.
+/// The throttle in [0, 1] that carries the vehicle in free air. `setting` may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn td_hover_throttle(
     vehicle: *const td_vehicle,
     models: *const td_models,
     throttle: *mut f32,
+    setting: *mut td_setting,
 ) -> td_error {
     let hover = || -> Result<(), Refusal> {
         check(throttle)?;
+        check_optional(setting)?;
         // SAFETY: as the crate's documentation requires of every pointer.
         let (vehicle, models) = unsafe { (read(vehicle)?, read(models)?) };
-        let weight_n = vehicle.mass_kg * vehicle.gravity_mps2;
-        if !(weight_n > 0.0 && weight_n.is_finite()) {
-            return Err(Refusal::setting("mass_kg"));
-        }
-        let found = models.thrust.model()?.throttle_for(weight_n);
+        let model = models.thrust.model_for(&vehicle)?;
+        let found = model.throttle_for(vehicle.weight_n());
         // SAFETY: as the crate's documentation requires of every pointer.
         Ok(unsafe { write(throttle, found) }?)
     };
-    hover().map_err(|refusal| refusal.error).into()
+    // SAFETY: as the crate's documentation requires of every pointer.
+    unsafe { Refusal::report(hover(), setting) }
 }

@@ -4,6 +4,8 @@ use core::ffi::c_void;
 use core::mem::{align_of, size_of};
 use core::ptr::addr_of_mut;
 
+use touchdown_flight::SettingsError;
+use touchdown_flight::error::{finite, not_negative};
 use touchdown_flight::ground_effect::{
     Empirical, GroundEffectModel, GroundEffectState, Guarded, GuardedState, Validity,
 };
@@ -14,8 +16,9 @@ use touchdown_lander::models::FlightModels;
 
 use crate::error::{td_error, td_setting};
 use crate::memory::{Placed, check, check_optional, fits, live, place, read, write};
-use crate::models::{method, td_method, td_models, td_vehicle};
+use crate::models::td_models;
 use crate::refusal::Refusal;
+use crate::vehicle::{method, td_method, td_vehicle};
 
 /// Size of the memory of a `td_vertical` on every target, bytes; `td_vertical_size` returns that
 /// of this one, which is less.
@@ -105,9 +108,14 @@ impl td_vertical_settings {
     fn controller(&self) -> Result<VerticalController<f32>, Refusal> {
         let method = method(self.method)?;
         if !Method::VERTICAL.contains(&method) {
-            return Err(td_error::UnknownValue.into());
+            return Err(Refusal::unknown(
+                "method",
+                "TD_METHOD_SSC or below: the others need an inertial unit",
+                self.method,
+            ));
         }
-        let models = self.models.models()?;
+        not_negative("deck_frequency_hz", self.deck_frequency_hz)?;
+        let models = self.models.models(method, &self.vehicle)?;
         let ground_effect = match method.feedforward() {
             Feedforward::None => Guarded::new(GroundEffectModel::None, Validity::default()),
             Feedforward::Empirical => Guarded::new(
@@ -140,6 +148,14 @@ impl td_vertical_settings {
 }
 
 impl td_measurement {
+    /// Checks the measurement when the descent begins.
+    fn check(&self) -> Result<(), SettingsError> {
+        finite("start.height_m", self.height_m)?;
+        finite("start.relative_velocity_mps", self.relative_velocity_mps)?;
+        finite("start.vehicle_velocity_mps", self.vehicle_velocity_mps)?;
+        finite("start.acceleration_mps2", self.acceleration_mps2)
+    }
+
     fn measurement(&self) -> Measurement<f32> {
         Measurement {
             height_m: self.height_m,
@@ -189,12 +205,8 @@ pub unsafe extern "C" fn td_vertical_init(
         check_optional(setting)?;
         // SAFETY: as the crate's documentation requires of every pointer.
         let (settings, start) = unsafe { (read(settings)?, read(start)?) };
-        if !start.measurement().is_finite() {
-            return Err(Refusal::setting("start"));
-        }
-        if !throttle.is_finite() {
-            return Err(Refusal::setting("throttle"));
-        }
+        start.check()?;
+        finite("throttle", throttle)?;
         let controller = settings.controller()?;
         let state = controller.initial(&start.measurement(), throttle);
         // SAFETY: `place` was checked, and is the caller's memory of that size. The mark comes last.

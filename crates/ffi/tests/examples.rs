@@ -234,7 +234,7 @@ fn xval_computer_example_in_cpp_lands_as_in_rust() {
         let expected = [touch.t_l_s, touch.v_l_mps];
         for compiler in compilers(&["c++", "clang++"]) {
             let source = "examples/cpp/computer.cpp";
-            let text = run(compiler, "-std=c++17", source, &[case.name()]);
+            let text = run(compiler, "-std=c++11", source, &[case.name()]);
             let found = printed(&text);
             assert_eq!(
                 found.map(f64::to_bits),

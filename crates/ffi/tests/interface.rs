@@ -4,9 +4,11 @@
 #![allow(unsafe_code)]
 
 mod cards;
+mod refusals;
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
+use std::path::Path;
 use std::ptr::{null, null_mut};
 
 use touchdown_ffi::*;
@@ -41,6 +43,8 @@ const COMMAND: td_command = td_command {
 };
 const SETTING: td_setting = td_setting {
     name: [1; TD_SETTING_NAME_SIZE],
+    expected: [1; TD_SETTING_EXPECTED_SIZE],
+    found: -1.0,
 };
 
 fn name(setting: &td_setting) -> &str {
@@ -136,6 +140,15 @@ fn analytic_stated_sizes_hold_the_controllers() {
 }
 
 #[test]
+fn regress_the_page_on_chips_has_the_size_of_the_computer() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/how-to/chip.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (thousands, rest) = (TD_COMPUTER_SIZE / 1000, TD_COMPUTER_SIZE % 1000);
+    let stated = format!("`TD_COMPUTER_SIZE` is {thousands} {rest:03} bytes");
+    assert!(page.contains(&stated), "expected: {stated}");
+}
+
+#[test]
 fn analytic_every_error_has_a_text_of_its_own() {
     // SAFETY: static texts that end with a zero.
     let text = |code| unsafe { CStr::from_ptr(td_error_text(code)) };
@@ -201,66 +214,6 @@ fn analytic_bad_memory_is_refused() {
         init(bytes, td_vertical_size(), settings, start, handle),
         td_error::None
     );
-}
-
-#[test]
-fn analytic_unusable_settings_are_named() {
-    type Refused = (fn(&mut td_vertical_settings), td_error, &'static str);
-
-    let standard = default(td_vertical_settings_default);
-    let mut memory = memory();
-    let refused: [Refused; 7] = [
-        (
-            |s| s.vehicle.mass_kg = f32::NAN,
-            td_error::Setting,
-            "mass_kg",
-        ),
-        (
-            |s| s.vehicle.gravity_mps2 = -9.81,
-            td_error::Setting,
-            "gravity_mps2",
-        ),
-        (
-            |s| s.vehicle.greatest_thrust_n = 0.1,
-            td_error::Setting,
-            "limits.thrust_min_n",
-        ),
-        (|s| s.method = 5, td_error::UnknownValue, ""),
-        (|s| s.method = u32::MAX, td_error::UnknownValue, ""),
-        (|s| s.models.thrust.form = 9, td_error::UnknownValue, ""),
-        (
-            |s| s.models.ground_effect.outside = 2,
-            td_error::UnknownValue,
-            "",
-        ),
-    ];
-    for (change, error, setting) in refused {
-        let mut settings = standard;
-        change(&mut settings);
-        let (found, handle, refused) = vertical(&mut memory, &settings);
-        assert_eq!((found, name(&refused)), (error, setting));
-        assert!(handle.is_null());
-    }
-    for change in [
-        (|s| s.deck_frequency_hz = f32::NAN) as fn(&mut td_vertical_settings),
-        |s| s.start_height_m = f32::INFINITY,
-        |s| s.models.ground_effect.coefficients[9] = -1.0,
-        |s| s.models.thrust.coefficients[0] = f32::NAN,
-    ] {
-        let mut settings = standard;
-        change(&mut settings);
-        let (found, _, refused) = vertical(&mut memory, &settings);
-        assert_eq!(found, td_error::Setting);
-        assert!(!name(&refused).is_empty());
-    }
-    let mut settings = default(td_computer_settings_default);
-    settings.sensors.imu_latency_s = f32::NAN;
-    let (found, _, refused) = computer(&mut memory, &settings);
-    assert_eq!(found, td_error::Setting);
-    assert!(!name(&refused).is_empty());
-    settings = default(td_computer_settings_default);
-    settings.seeks_deck = 2;
-    assert_eq!(computer(&mut memory, &settings).0, td_error::UnknownValue);
 }
 
 #[test]
@@ -389,7 +342,7 @@ fn analytic_hover_throttle_is_that_of_the_model() {
     let mut throttle = 0.0;
     let hover = |vehicle: &td_vehicle, throttle: &mut f32| {
         // SAFETY: variables of this test.
-        unsafe { td_hover_throttle(vehicle, &raw const settings.models, throttle) }
+        unsafe { td_hover_throttle(vehicle, &raw const settings.models, throttle, null_mut()) }
     };
     assert_eq!(hover(&settings.vehicle, &mut throttle), td_error::None);
     let models = touchdown_lander::models::FlightModels::<f32>::default();

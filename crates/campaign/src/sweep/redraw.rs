@@ -1,6 +1,7 @@
 //! Draws of vehicles that do not lift themselves are replaced, and counted.
 
 use toml::{Table, Value};
+use touchdown_flight::thrust::LEAST_THRUST_TO_WEIGHT;
 use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::landing::space::{TruthSettings, thrust_to_weight};
 
@@ -8,7 +9,6 @@ use super::axes::of_lift;
 use super::keys::set;
 use super::points::Sweep;
 use crate::error::Result;
-use crate::vehicle::LEAST_THRUST_TO_WEIGHT;
 
 /// Draws of one trial that are replaced before the sweep is refused. With half of all draws too heavy, one trial in 1e30
 /// needs as many. Half as many refuses nothing sooner that matters; twice as many takes longer to refuse.

@@ -2,6 +2,7 @@
 //!
 //! A setting that the sweep states itself wins over what follows from the vehicle.
 
+use touchdown_flight::thrust::LEAST_THRUST_TO_WEIGHT;
 use touchdown_model::Card;
 use touchdown_sim::landing::space::{SpaceScenario, thrust_to_weight};
 
@@ -9,9 +10,7 @@ use super::axes::KeyError;
 use super::stated::StatedKeys;
 use crate::error::Result;
 use crate::vehicle::scaling::{deck, scaled};
-use crate::vehicle::{
-    LEAST_THRUST_TO_WEIGHT, PRESETS, RotorLayout, VehicleSettings, greatest_thrust_n, motors_by,
-};
+use crate::vehicle::{PRESETS, RotorLayout, VehicleSettings, greatest_thrust_n, motors_by};
 
 /// Keys of the scenario that state what a key of `[vehicle]` states.
 const SAME: [(&str, &str); 3] = [

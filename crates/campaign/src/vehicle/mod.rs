@@ -19,7 +19,7 @@ mod proportion;
 pub mod scaling;
 
 use serde::{Deserialize, Serialize};
-use touchdown_flight::thrust::ThrustModel;
+use touchdown_flight::thrust::{LEAST_THRUST_TO_WEIGHT, THRUST_ERROR, ThrustModel};
 use touchdown_model::Card;
 use touchdown_model::card::Vehicle;
 use touchdown_sim::body::motor::{Motor, MotorSettings};
@@ -35,9 +35,6 @@ use scaling::Ratios;
 
 /// Rotors of the simulated vehicle.
 const SIMULATED_ROTORS: u32 = 4;
-/// Greatest thrust over weight below which a vehicle is not flown: it could neither brake a descent nor answer a gust. At half
-/// of the excess a landing at 1 m/s takes twice as long to stop; twice refuses heavy lifters that fly.
-pub(crate) const LEAST_THRUST_TO_WEIGHT: f64 = 1.3;
 /// Difference of steady thrust, as a share of the weight, up to which the simulated motors are those of the card. A card
 /// that was identified on the simulated vehicle is within 0.02: its error stays what a landing has to bear. Half of it
 /// takes that error away for poor cards; twice flies controllers with a thrust that no stand gets wrong.
@@ -232,7 +229,7 @@ pub fn check_lift(card: &Card, model: &ThrustModel<f64>, weight_n: f64) -> Resul
         )));
     }
     let hover_n = model.rest(model.throttle_for(weight_n)).powi(2);
-    if (hover_n / weight_n - 1.0).abs() > 0.01 {
+    if (hover_n / weight_n - 1.0).abs() > THRUST_ERROR {
         return Err(Error::Arguments(format!(
             "thrust card `{}`: no throttle gives the weight of the vehicle, {weight_n:.3} N; the nearest thrust is {hover_n:.3} N",
             card.name

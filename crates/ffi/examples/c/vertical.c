@@ -18,7 +18,7 @@ static int failed(const char *what, td_error error, const td_setting *setting)
     }
     fprintf(stderr, "%s: %s", what, td_error_text(error));
     if (setting != NULL && setting->name[0] != '\0') {
-        fprintf(stderr, ": %s", setting->name);
+        fprintf(stderr, ": %s: expected %s, found %g", setting->name, setting->expected, setting->found);
     }
     fprintf(stderr, "\n");
     return 1;
@@ -61,8 +61,8 @@ int main(void)
     td_measurement start = {0.0f, 0.0f, 0.0f, 0.0f};
     float throttle = 0.0f;
     start.height_m = settings.start_height_m;
-    error = td_hover_throttle(&settings.vehicle, &settings.models, &throttle);
-    if (failed("td_hover_throttle", error, NULL)) {
+    error = td_hover_throttle(&settings.vehicle, &settings.models, &throttle, &setting);
+    if (failed("td_hover_throttle", error, &setting)) {
         return 1;
     }
     error = td_vertical_init(&memory, sizeof memory, &settings, &start, throttle, &controller, &setting);

@@ -15,7 +15,8 @@ void check(const char *what, td_error error, const td_setting *setting = nullptr
     if (error != TD_ERROR_NONE) {
         std::string text = std::string(what) + ": " + td_error_text(error);
         if (setting != nullptr && setting->name[0] != '\0') {
-            text += std::string(": ") + setting->name;
+            text += std::string(": ") + setting->name + ": expected " + setting->expected + ", found "
+                + std::to_string(setting->found);
         }
         throw std::runtime_error(text);
     }
@@ -44,6 +45,8 @@ private:
 };
 
 struct Flight {
+    Flight(const td_computer_settings &settings, float throttle) : computer(settings, throttle) {}
+
     LandingComputer computer;
     int steps = 0;
     int without_sensors = 0;
@@ -69,9 +72,8 @@ int land(const char *name)
     check("td_computer_settings_default", td_computer_settings_default(&settings));
     settings.start_height_m = td_world_start_height_m(world.get());
 
-    // 30 kB: on the heap here, in a static variable on a chip.
-    const auto flight =
-        std::unique_ptr<Flight>(new Flight{{settings, td_world_start_throttle(world.get())}});
+    // TD_COMPUTER_SIZE bytes: on the heap here, in a static variable on a chip.
+    const std::unique_ptr<Flight> flight(new Flight(settings, td_world_start_throttle(world.get())));
     td_landing landing;
     const std::uint64_t trial = 0, seed = 1;
     check("td_world_land", td_world_land(world.get(), trial, seed, fly, flight.get(), &landing));

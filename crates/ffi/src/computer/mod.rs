@@ -15,6 +15,7 @@ use core::ffi::c_void;
 use core::mem::{align_of, size_of};
 use core::ptr::addr_of_mut;
 
+use touchdown_flight::error::finite;
 use touchdown_flight::ground_effect::{GroundEffectState, GuardedState};
 use touchdown_lander::computer::{Computer, ComputerState};
 use touchdown_lander::estimate::relative::{RangeReading, Reading};
@@ -81,9 +82,7 @@ pub unsafe extern "C" fn td_computer_init(
         check_optional(setting)?;
         // SAFETY: as the crate's documentation requires of every pointer.
         let settings = unsafe { read(settings) }?;
-        if !throttle.is_finite() {
-            return Err(Refusal::setting("throttle"));
-        }
+        finite("throttle", throttle)?;
         let flies = settings.computer()?;
         // SAFETY: `place` was checked, and is the caller's memory of that size. The mark comes last.
         unsafe {

@@ -1,14 +1,16 @@
 //! Settings of the landing computer.
 
 use touchdown_flight::Vector;
+use touchdown_flight::error::{finite, positive};
 use touchdown_lander::computer::Computer;
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers};
 
 use crate::error::td_error;
 use crate::memory::write;
-use crate::models::{method, td_method, td_models, td_vehicle};
+use crate::models::td_models;
 use crate::refusal::Refusal;
+use crate::vehicle::{method, td_method, td_vehicle};
 
 /// What the estimators know of the sensors. Body axes: x forward, y left, z up.
 #[repr(C)]
@@ -59,11 +61,11 @@ pub struct td_computer_settings {
     pub seeks_deck: u32,
 }
 
-fn flag(number: u32) -> Result<bool, td_error> {
+fn flag(field: &'static str, number: u32) -> Result<bool, Refusal> {
     match number {
         0 => Ok(false),
         1 => Ok(true),
-        _ => Err(td_error::UnknownValue),
+        _ => Err(Refusal::unknown(field, "0 or 1", number)),
     }
 }
 
@@ -97,12 +99,17 @@ impl td_computer_settings {
     }
 
     pub(super) fn computer(&self) -> Result<Computer<f32>, Refusal> {
+        let method = method(self.method)?;
         let control = ControlSettings {
-            method: method(self.method)?,
-            under_way: flag(self.deck_under_way)?,
-            seeks: flag(self.seeks_deck)?,
+            method,
+            under_way: flag("deck_under_way", self.deck_under_way)?,
+            seeks: flag("seeks_deck", self.seeks_deck)?,
             ..ControlSettings::default()
         };
+        // The landing computer has no check of its own for them.
+        positive("period_s", self.period_s)?;
+        finite("sensors.camera_turn_rad", self.sensors.camera_turn_rad)?;
+        positive("start_height_m", self.start_height_m)?;
         let of = &self.sensors;
         let sensors = SensorNumbers {
             imu_latency_s: of.imu_latency_s,
@@ -118,7 +125,7 @@ impl td_computer_settings {
             period_s: self.period_s,
             command_delay_s: self.command_delay_s,
         };
-        let models = self.models.models()?;
+        let models = self.models.models(method, &self.vehicle)?;
         let vehicle = self.vehicle.numbers();
         Ok(control.computer(&models, &vehicle, &sensors, &timing, self.start_height_m)?)
     }

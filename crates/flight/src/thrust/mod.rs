@@ -7,12 +7,14 @@ mod first_order;
 mod lagged_throttle;
 mod library;
 mod library_of_rotors;
+mod lift;
 mod static_map;
 
 pub use first_order::FirstOrder;
 pub use lagged_throttle::LaggedThrottle;
 pub use library::Library;
 pub use library_of_rotors::LibraryOfRotors;
+pub use lift::{LEAST_THRUST_TO_WEIGHT, THRUST_ERROR};
 pub use static_map::StaticThrust;
 
 use crate::error::SettingsError;

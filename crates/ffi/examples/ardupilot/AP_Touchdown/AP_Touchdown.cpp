@@ -3,7 +3,6 @@
 bool AP_Touchdown::start(float height_m, float throttle)
 {
     td_vertical_settings settings;
-    td_setting setting;
     _controller = nullptr;
     _error = td_vertical_settings_default(&settings);
     // Your vehicle, and the coefficients of its cards in settings.models.
@@ -12,7 +11,7 @@ bool AP_Touchdown::start(float height_m, float throttle)
     td_measurement start {};
     start.height_m = height_m;
     if (_error == TD_ERROR_NONE) {
-        _error = td_vertical_init(_memory, sizeof(_memory), &settings, &start, throttle, &_controller, &setting);
+        _error = td_vertical_init(_memory, sizeof(_memory), &settings, &start, throttle, &_controller, &_refused);
     }
     return _error == TD_ERROR_NONE;
 }

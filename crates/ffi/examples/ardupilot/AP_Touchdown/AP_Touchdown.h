@@ -14,8 +14,12 @@ public:
     // Why start or update returned false.
     const char *error_text() const { return td_error_text(_error); }
 
+    // The setting that start refused: its field, what is expected there, and the number found.
+    const td_setting &refused() const { return _refused; }
+
 private:
     alignas(TD_VERTICAL_ALIGN) unsigned char _memory[TD_VERTICAL_SIZE] {};
     td_vertical *_controller = nullptr;
+    td_setting _refused {};
     td_error _error = TD_ERROR_NONE;
 };

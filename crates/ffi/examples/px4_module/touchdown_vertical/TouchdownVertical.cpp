@@ -18,20 +18,25 @@ bool TouchdownVertical::init()
 bool TouchdownVertical::start(const td_measurement &measurement)
 {
 	td_vertical_settings settings;
-	td_setting setting;
+	td_setting setting{};
 	td_vertical_settings_default(&settings);
 	// Your vehicle, and the coefficients of its cards in settings.models.
 	settings.vehicle.mass_kg = 1.37f;
 	settings.start_height_m = measurement.height_m;
 	float throttle = 0.f;
-	td_error error = td_hover_throttle(&settings.vehicle, &settings.models, &throttle);
+	td_error error = td_hover_throttle(&settings.vehicle, &settings.models, &throttle, &setting);
 
 	if (error == TD_ERROR_NONE) {
 		error = td_vertical_init(_memory, sizeof(_memory), &settings, &measurement, throttle, &_controller, &setting);
 	}
 
 	if (error != TD_ERROR_NONE) {
-		PX4_ERR("%s", td_error_text(error));
+		// Run() tries again in each period, for example until a distance arrives. It prints once for each entry.
+		if (!_refused) {
+			PX4_ERR("%s: %s: expected %s, found %g", td_error_text(error), setting.name, setting.expected, setting.found);
+		}
+
+		_refused = true;
 		_controller = nullptr;
 	}
 
@@ -73,6 +78,7 @@ void TouchdownVertical::Run()
 
 	if (status.nav_state != vehicle_status_s::NAVIGATION_STATE_OFFBOARD) {
 		_controller = nullptr;
+		_refused = false;
 		return;
 	}
 

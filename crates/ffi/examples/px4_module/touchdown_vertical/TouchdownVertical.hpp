@@ -38,4 +38,6 @@ private:
 
 	alignas(TD_VERTICAL_ALIGN) unsigned char _memory[TD_VERTICAL_SIZE] {};
 	td_vertical *_controller{nullptr};
+	// Since the mode was entered, the start has been refused, and the reason printed.
+	bool _refused{false};
 };
