@@ -29,6 +29,9 @@ use crate::error::CardError;
 /// of it changes how far a controller leads its throttle, not where it hovers.
 pub const ASSUMED_LAG_S: f64 = 0.05;
 
+/// The part of a thrust card that is the delay of its measurement. It does not fly.
+pub const DEAD_TIME: &str = "dead_time";
+
 /// The form of a model.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -274,6 +277,15 @@ impl Form {
         Self::GROUND_EFFECT
             .into_iter()
             .find(|form| form.name() == name)
+    }
+
+    /// The names of the form's parts, of those that fly and those of the catalogue.
+    pub(crate) fn part_names(self) -> Vec<&'static str> {
+        match self.entry() {
+            Some(entry) => entry.parts.iter().map(|part| part.name).collect(),
+            // Several throttles, so without an entry; the parts of its kernel.
+            None => vec!["T", "T_m"],
+        }
     }
 
     /// The entry of the catalogue; none for forms that need more than one throttle.

@@ -6,7 +6,7 @@ use touchdown_flight::ground_effect::{GroundEffect as _, Guarded, Validity};
 use touchdown_flight::thrust::ThrustModel;
 
 use crate::card::{Card, Form, Kind};
-use crate::catalogue::Terms;
+use crate::catalogue::{ASSUMED_LAG_S, DEAD_TIME, Terms};
 use crate::error::CardError;
 
 /// Names of the bounded functions of height, `psi_i = 1/(1 + (z/l_i)²)`, and of their lengths.
@@ -66,6 +66,7 @@ impl Card {
         }
         self.check_divergence()?;
         let model = self.form.thrust_kernel(self)?;
+        self.check_parts()?;
         model
             .validate()
             .map_err(|e| self.not_for_flight(&e.to_string()))?;
@@ -84,6 +85,7 @@ impl Card {
         }
         self.check_divergence()?;
         let model = self.form.ground_effect_kernel(self)?;
+        self.check_parts()?;
         let [height_min_m, height_max_m] =
             *self.validity.inputs.get("z").ok_or_else(|| {
                 self.not_for_flight("the validity box has no range of heights `z`")
@@ -120,6 +122,40 @@ impl Card {
         Ok(())
     }
 
+    /// Checks that every term belongs to a part that flies.
+    fn check_parts(&self) -> Result<(), CardError> {
+        let known = self.form.part_names();
+        let unknown = |of: &str| !known.contains(&of) && of != DEAD_TIME;
+        match (0..).zip(&self.terms).find(|(_, term)| unknown(&term.of)) {
+            None => Ok(()),
+            Some((i, term)) => Err(CardError::Value {
+                card: self.name.clone(),
+                key: format!("terms[{i}].of"),
+                expected: format!("a part of form {}: {}", self.form.name(), known.join(", ")),
+                found: format!("`{}`", term.of),
+            }),
+        }
+    }
+
+    /// The motor lag that flies where the card has none, s.
+    #[must_use]
+    pub fn assumed_lag_s(&self) -> Option<f64> {
+        let assumed = match self.form {
+            Form::StaticThrust => true,
+            Form::StaticSqrt => self.terms_of("T_m").next().is_none(),
+            _ => false,
+        };
+        assumed.then_some(ASSUMED_LAG_S)
+    }
+
+    /// The battery voltage at which a card flies whose thrust depends on it, V.
+    pub(crate) fn flown_battery_v(&self) -> Option<Result<f64, CardError>> {
+        self.terms
+            .iter()
+            .any(|term| without_battery(&term.expression).is_some())
+            .then(|| self.battery_v())
+    }
+
     /// The middle of the battery voltages that the card was fitted to (V).
     fn battery_v(&self) -> Result<f64, CardError> {
         let range = self.validity.inputs.get("u");
@@ -127,6 +163,15 @@ impl Card {
             self.not_for_flight("the validity box has no range of battery voltages `u`")
         })?;
         Ok(0.5 * (low + high))
+    }
+}
+
+/// The other factor of a product with the battery voltage.
+fn without_battery(expression: &str) -> Option<&'static str> {
+    match expression {
+        "s*u" => Some("s"),
+        "u*battery_v" => Some("u"),
+        _ => None,
     }
 }
 
@@ -178,10 +223,9 @@ impl Terms for Card {
     fn collect<const N: usize>(&self, of: &str, slots: &[&str; N]) -> Result<[f64; N], CardError> {
         let mut out = [0.0; N];
         for term in self.terms_of(of) {
-            let (expression, factor) = match term.expression.as_str() {
-                "s*u" => ("s", self.battery_v()?),
-                "u*battery_v" => ("u", self.battery_v()?),
-                other => (other, 1.0),
+            let (expression, factor) = match without_battery(&term.expression) {
+                Some(expression) => (expression, self.battery_v()?),
+                None => (term.expression.as_str(), 1.0),
             };
             let slot = slots.iter().position(|s| *s == expression).ok_or_else(|| {
                 self.not_for_flight(&format!(

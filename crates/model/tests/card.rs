@@ -193,3 +193,41 @@ fn paper_cards_are_the_published_models() {
         touchdown_flight::ground_effect::GroundEffectModel::Polynomial(polynomial)
     );
 }
+
+#[test]
+fn regress_terms_of_unknown_parts_are_refused() {
+    let refused = |card: &Card| {
+        let error = match card.kind {
+            Kind::Thrust => card.thrust_model().unwrap_err(),
+            Kind::GroundEffect => card.ground_effect().unwrap_err(),
+        };
+        error.to_string()
+    };
+    let mut thrust = Card::parse(published::EQ_11, "thrust").unwrap();
+    thrust.form = Form::StaticSqrt;
+    for (term, expression) in thrust.terms.iter_mut().zip(["1", "s", "s^2", "s^3", "1"]) {
+        (term.of, term.expression) = ("x".into(), expression.into());
+    }
+    thrust.terms.truncate(5);
+    thrust.terms[4].of = "dead_time".into();
+    // The delay of a measurement is a part of every thrust card.
+    thrust.thrust_model().unwrap();
+    thrust.terms[4].of = "tau".into();
+    let error = refused(&thrust);
+    assert!(
+        error.contains(
+            "key `terms[4].of`: expected a part of form static_sqrt: x, T_m, found `tau`"
+        ),
+        "{error}"
+    );
+    let mut lag = card([0.1; 7]);
+    lag.terms.push(Term {
+        of: "K".into(),
+        ..lag.terms[0].clone()
+    });
+    let error = refused(&lag);
+    assert!(
+        error.contains("key `terms[7].of`: expected a part of form lag: tau, h, k, found `K`"),
+        "{error}"
+    );
+}

@@ -5,7 +5,7 @@ use touchdown_flight::real::r;
 use touchdown_flight::thrust::{Library, ThrustModel};
 
 use super::flying::FlyingModel;
-use super::{ExportedFile, Number, in_comment, vectors};
+use super::{ExportedFile, Number, comment, vectors};
 use crate::card::Card;
 
 macro_rules! piece {
@@ -35,13 +35,14 @@ pub(super) fn files<R: Number>(
             Some(model),
         ),
     };
+    let lines = comment::lines(card, model);
     let file = |extension: &str, text: String| ExportedFile {
         name: format!("{name}{extension}"),
         text,
     };
     vec![
-        file(".c", source(card, &family, limits, name)),
-        file(".h", self::header(card, &filled::<R>(header, name), name)),
+        file(".c", source(&lines, &family, limits, name)),
+        file(".h", self::header(&lines, &filled::<R>(header, name), name)),
         file("_test.c", vectors::test_program(model, name)),
         ExportedFile {
             name: "Makefile".to_owned(),
@@ -164,24 +165,9 @@ fn ground_effect<R: Number>(guarded: &Guarded<R>) -> Family<R> {
     Family { pieces, constants }
 }
 
-/// The lines on top of both files.
-fn opening(card: &Card) -> String {
-    let mut lines = format!(
-        "/* Model card `{}`: {}\n * Written by touchdown {} (touchdown export), not by hand.\n",
-        in_comment(&card.name),
-        in_comment(&card.equation),
-        env!("CARGO_PKG_VERSION"),
-    );
-    for (input, [low, high]) in &card.validity.inputs {
-        lines.push_str(&format!(
-            " * Data: {} in [{low:?}, {high:?}]\n",
-            in_comment(input)
-        ));
-    }
-    for warning in &card.warnings {
-        lines.push_str(&format!(" * Warning: {}\n", in_comment(warning)));
-    }
-    lines + " */\n"
+/// The comment on top of both files.
+fn opening(lines: &[String]) -> String {
+    format!("/* {}\n */\n", lines.join("\n * "))
 }
 
 /// The coefficients of a model, in the order of its C code.
@@ -193,8 +179,8 @@ pub(super) fn constants<R: Number>(model: &FlyingModel<R>) -> Vec<R> {
 }
 
 /// A header with its guard.
-pub(super) fn header(card: &Card, declarations: &str, name: &str) -> String {
-    guarded_header(&opening(card), "", declarations, name)
+pub(super) fn header(lines: &[String], declarations: &str, name: &str) -> String {
+    guarded_header(&opening(lines), "", declarations, name)
 }
 
 /// A header with its guard: opening comment, includes, and declarations with C linkage.
@@ -217,7 +203,7 @@ pub(super) fn guarded_header(
 }
 
 fn source<R: Number>(
-    card: &Card,
+    lines: &[String],
     family: &Family<R>,
     limits: Option<&Guarded<R>>,
     name: &str,
@@ -275,7 +261,7 @@ fn source<R: Number>(
         .replace("@VELOCITY@", velocity)
         .replace("@OUTSIDE@", outside);
     // The card's own text is not code.
-    opening(card) + &filled::<R>(&text, name)
+    opening(lines) + &filled::<R>(&text, name)
 }
 
 /// Pieces of C with names, type and literals of the precision.

@@ -35,9 +35,7 @@ impl<R: Real> FlyingModel<R> {
             |error: SettingsError| refused(format!("in the precision of the export: {error}"));
         match card.kind {
             Kind::Thrust => {
-                // Without a number of rotors, the thrust is that of those that were measured.
-                let rotors = card.vehicle.rotors.or(card.measured_rotors);
-                let model = card.thrust_model_of(rotors)?;
+                let model = card.thrust_model_of(rotors_flown(card))?;
                 if model.rest(1.0) >= ROOT_THRUST_MAX {
                     let most_n = ROOT_THRUST_MAX * ROOT_THRUST_MAX;
                     return Err(refused(format!(
@@ -55,6 +53,11 @@ impl<R: Real> FlyingModel<R> {
             }
         }
     }
+}
+
+/// Rotors of which an export gives the thrust. Without a number of the vehicle, those that were measured.
+pub(super) fn rotors_flown(card: &Card) -> Option<u32> {
+    card.vehicle.rotors.or(card.measured_rotors)
 }
 
 fn thrust<R: Real>(model: &ThrustModel<f64>) -> ThrustModel<R> {

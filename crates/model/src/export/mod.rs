@@ -8,6 +8,7 @@
 //! double. [`export_vertical`] writes the vertical controller in the same way, beside its models.
 
 mod c;
+mod comment;
 mod flying;
 mod rust;
 mod settings;

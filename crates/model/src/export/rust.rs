@@ -4,7 +4,7 @@ use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, StaticMap};
 use touchdown_flight::thrust::{Library, ThrustModel};
 
 use super::flying::FlyingModel;
-use super::{ExportedFile, Number, in_comment};
+use super::{ExportedFile, Number, comment, in_comment};
 use crate::card::Card;
 
 /// One file with one constant.
@@ -16,12 +16,9 @@ pub(super) fn file<R: Number>(card: &Card, model: &FlyingModel<R>, name: &str) -
     let constant = name.to_ascii_uppercase();
     let scalar = R::TYPES[1];
     let text = format!(
-        "// Model card `{}`: {}\n// Written by touchdown {} (touchdown export), not by hand.\n\n\
-         /// The model of the card `{}`.\n\
+        "// {}\n\n/// The model of the card `{}`.\n\
          pub const {constant}: touchdown_flight::{kind}<{scalar}> = {value};\n",
-        in_comment(&card.name),
-        in_comment(&card.equation),
-        env!("CARGO_PKG_VERSION"),
+        comment::lines(card, model).join("\n// "),
         in_comment(&card.name),
     );
     ExportedFile {

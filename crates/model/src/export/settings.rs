@@ -1,10 +1,12 @@
 //! A constant for the settings of `touchdown-ffi`, the C interface of the controllers.
 
-use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Outside, VelocityInput};
+use touchdown_flight::ground_effect::{
+    GroundEffectModel, Guarded, Outside, Validity, VelocityInput,
+};
 use touchdown_flight::thrust::ThrustModel;
 
 use super::flying::FlyingModel;
-use super::{ExportedFile, Number, c};
+use super::{ExportedFile, Number, c, comment};
 use crate::card::Card;
 
 /// One header with one constant, and for eq. (2) its coefficient.
@@ -22,7 +24,11 @@ pub(super) fn file(card: &Card, model: &FlyingModel<f32>, name: &str) -> Exporte
     };
     ExportedFile {
         name: format!("{name}.h"),
-        text: c::header(card, &format!("#include \"touchdown.h\"\n\n{text}"), name),
+        text: c::header(
+            &comment::lines(card, model),
+            &format!("#include \"touchdown.h\"\n\n{text}"),
+            name,
+        ),
     }
 }
 
@@ -65,8 +71,11 @@ fn ground_effect(model: &Guarded<f32>, coefficients: &str, name: &str) -> String
                 .to_owned()
         }
         Some(m) => format!(
-            "\n/* For TD_METHOD_EMPIRICAL, without the limits of the card: settings.models.empirical_mu = {name}_mu; */\n\
+            "\n/* For TD_METHOD_EMPIRICAL: settings.models.empirical_mu = {name}_mu;\n \
+             * That method has no limits of a card. Its own:\n * {}.\n \
+             * For those of the card, take the constant above with TD_METHOD_DYNAMIC. */\n\
              static const float {name}_mu = {};\n",
+            comment::limits(&Validity::<f32>::default()),
             m.mu.literal()
         ),
     };

@@ -11,7 +11,7 @@ use crate::published;
 
 /// A card of every form that flies, with every behaviour above its heights and both inputs of
 /// velocity among them.
-fn cards() -> Vec<Card> {
+pub(super) fn cards() -> Vec<Card> {
     let published = |text| Card::parse(text, "published").unwrap();
     let mut cards = vec![published(published::EQ_11), published(published::EQ_12)];
     // Eq. (8) of one rotor, for a vehicle of four.

@@ -69,9 +69,9 @@ impl From<Scalar> for Precision {
 }
 
 const EXAMPLES: &str = "\
-Examples:
+Examples (cards of `touchdown identify`; a folder has the name in its card, here `ground-effect-lag`):
   touchdown export thrust.toml models/lag.toml --to c --out firmware
-  make -C firmware/lag test
+  make -C firmware/ground_effect_lag test
   touchdown export thrust.toml models/lag.toml --to c --method dynamic --out firmware
   make -C firmware/vertical test
   touchdown export thrust.toml models/lag.toml --to c-settings --out firmware
