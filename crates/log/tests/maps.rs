@@ -169,7 +169,12 @@ fn analytic_wrong_maps_tell_line_key_expected_and_found() {
     for (text, expected) in [
         (
             "schema = 2\n[channels]\ntime_s = 'row'\n",
-            "m.toml, line 1, schema: expected 1, found 2",
+            "m.toml, line 1, schema: expected 1, the only version of maps that this program knows, found 2",
+        ),
+        // Whatever else another version has or lacks.
+        (
+            "# newer\nschema = 2\n[signals]\nt = 'row'\n",
+            "m.toml, line 2, schema: expected 1, the only version of maps that this program knows, found 2",
         ),
         (
             "[channels]\ntime_s = 'row'\n",

@@ -20,10 +20,17 @@ const LONGEST_MEDIAN: i64 = 1001;
 /// The row filter, and running medians in samples by channel.
 type Filter = (Option<Rule>, Vec<(String, usize)>);
 
+/// The version alone: a map of another version may have other keys.
+#[derive(Deserialize)]
+struct RawVersion {
+    schema: Option<Spanned<i64>>,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawMap {
-    schema: Spanned<i64>,
+    #[serde(rename = "schema")]
+    _schema: i64,
     #[serde(default)]
     description: String,
     clock: Option<Spanned<OneOrMore>>,
@@ -126,8 +133,8 @@ impl Source<'_> {
     pub(super) fn map(&self) -> Result<Map, LogError> {
         let text = self.text.strip_prefix('\u{feff}').unwrap_or(self.text);
         self.at_most("", text.len(), MAP_BYTES, "bytes of text")?;
+        self.check_version(text)?;
         let raw: RawMap = toml::from_str(text).map_err(|error| self.toml_error(text, &error))?;
-        self.check(&raw.schema, "schema", *raw.schema.get_ref() == SCHEMA, "1")?;
         if !raw.channels.contains_key(TIME_CHANNEL) {
             return Err(LogError::MapValue {
                 at: Box::new(self.place(0, "channels.time_s")),
@@ -264,6 +271,17 @@ impl Source<'_> {
                 .map(|s| self.positive(s, &key("limit_s")))
                 .transpose()?,
         })
+    }
+
+    /// Checks the version before any other key. A text that is not TOML, or a version that is no number, is refused
+    /// where all keys are read.
+    fn check_version(&self, text: &str) -> Result<(), LogError> {
+        let raw = toml::from_str::<RawVersion>(text).ok();
+        let Some(found) = raw.and_then(|raw| raw.schema) else {
+            return Ok(());
+        };
+        let expected = format!("{SCHEMA}, the only version of maps that this program knows");
+        self.check(&found, "schema", *found.get_ref() == SCHEMA, &expected)
     }
 
     fn place(&self, start: usize, key: &str) -> Place {
