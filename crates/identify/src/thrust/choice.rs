@@ -24,6 +24,9 @@ const MOST_EXCESS: f64 = 1.05;
 /// Share of the greatest thrust below which errors are equal: no load cell shows it.
 const FINEST: f64 = 1e-4;
 
+/// Why a form that was fitted has no error on held-out parts.
+const DIVERGES: &str = "its free run diverges on a part held out";
+
 /// A form with and without lag and battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {
@@ -176,11 +179,38 @@ fn pick(
             held_out_rmse_n: fit.and_then(|f| finite(f.0.rmse())),
             std_error_n: fit.and_then(|f| finite(f.0.std_error())),
             chosen: i == chosen,
-            error: judged.as_ref().err().map(ToString::to_string),
+            error: match judged {
+                Err(error) => Some(error.to_string()),
+                Ok((held_out, _)) if !held_out.rmse().is_finite() => Some(DIVERGES.to_owned()),
+                Ok(_) => None,
+            },
         }
     });
     Ok(Choice {
         candidate: candidates[chosen],
         scores: scores.collect(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_form_whose_free_run_diverges_has_the_reason() {
+        let candidate = |form| Candidate {
+            form,
+            lag: false,
+            battery: false,
+        };
+        let candidates = [ThrustForm::StaticSqrt, ThrustForm::Library].map(candidate);
+        let held_out = |squares: f64| HeldOut {
+            pieces: vec![(squares, 10); 4],
+        };
+        let judged = vec![Ok((held_out(0.1), 3)), Ok((held_out(f64::INFINITY), 5))];
+        let scores = pick(&candidates, judged, 0.0).unwrap().scores;
+        assert!(scores[0].chosen && scores[0].error.is_none());
+        assert_eq!(scores[1].held_out_rmse_n, None);
+        assert_eq!(scores[1].error.as_deref(), Some(DIVERGES));
+    }
 }
