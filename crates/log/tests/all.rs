@@ -1,6 +1,7 @@
 //! The tests in one program: what they share is compiled once.
 
 mod bad_logs;
+mod bench_tables;
 mod common;
 mod defects;
 mod inspection;

@@ -387,9 +387,9 @@ fn regress_a_thrust_that_is_not_suggested_has_the_reason() {
             "# \"commanded thrust [N]\": commanded, not measured\n",
         ),
         (
-            "t,throttle,Thrust (lbf)",
+            "t,throttle,Thrust (counts)",
             9.0,
-            "# \"Thrust (lbf)\": a thrust in which unit? In N: thrust_n = '\"Thrust (lbf)\"'; in g: thrust_n = '9.80665e-3 * \"Thrust (lbf)\"'\n",
+            "# \"Thrust (counts)\": a thrust in which unit? In N: thrust_n = '\"Thrust (counts)\"'; in g: thrust_n = '9.80665e-3 * \"Thrust (counts)\"'\n",
         ),
     ] {
         let text = map(header, greatest);

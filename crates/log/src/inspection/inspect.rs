@@ -1,6 +1,7 @@
+use super::recognise;
 use super::suggest;
 use super::tally::{Tally, TimeColumn, View};
-use super::time_column::{LONG_STEP_S, LikelyUnit, is_ambiguous, likely_unit, time_among, time_of};
+use super::time_column::{LikelyUnit, is_ambiguous, is_slow, likely_unit, time_among, time_of};
 use crate::{Column, Table};
 use serde::Serialize;
 use touchdown_trial::{Source, TIME_CHANNEL, Trial, unit_of};
@@ -55,6 +56,9 @@ pub struct TimeBase {
     pub jitter_s: Option<f64>,
     /// Rows without a stamp, or whose stamp is not after the previous one.
     pub bad_stamps: usize,
+    /// Number of good stamps.
+    #[serde(skip)]
+    pub(crate) stamps: usize,
     /// Largest stamp, in units of the column.
     #[serde(skip)]
     pub(crate) largest: f64,
@@ -68,7 +72,7 @@ impl TimeBase {
     /// column's name states no unit, or states seconds that are far too long.
     pub(crate) fn likely_unit(&self) -> Option<LikelyUnit> {
         let step = self.period_s? / self.unit_s;
-        let is_likely = self.unit_stated && (self.unit_s != 1.0 || step <= LONG_STEP_S);
+        let is_likely = self.unit_stated && (self.unit_s != 1.0 || !is_slow(step, self.stamps));
         likely_unit(step, self.largest).filter(|_| !is_likely && !self.is_ambiguous())
     }
 
@@ -85,7 +89,7 @@ impl TimeBase {
 pub struct ColumnSummary {
     /// The name.
     pub name: String,
-    /// The unit that the name states, for a trial's channel.
+    /// The unit that the name of a trial's channel states, or a row of units below the header of a table.
     pub unit: Option<String>,
     /// Number of values that are not gaps.
     pub count: usize,
@@ -168,12 +172,14 @@ impl<'a> Inspector<'a> {
             None => warnings.push("no time column was found".to_owned()),
             Some((base, jumps)) => {
                 warn_of_time(base, &mut warnings);
-                warnings.extend(jumps.clone());
+                warnings.extend(jumps.iter().cloned());
             }
         }
         let time = found.map(|(base, _)| base);
         let columns = tally.columns(time.is_some());
-        let suggested_map = suggest::map_text(&columns, time.as_ref());
+        let guesses = recognise::channels(&columns);
+        warnings.extend(suggest::questions(&columns, &guesses));
+        let suggested_map = suggest::map_text(&columns, &guesses, time.as_ref());
         Inspection {
             path: path.to_owned(),
             sha256,
@@ -204,6 +210,7 @@ pub fn inspect_trial(trial: &Trial) -> Inspection {
                 name,
                 values: &values[first..first + rows.len()],
                 text: None,
+                unit: None,
             })
             .collect();
         tally.part(&views, &rows);

@@ -11,8 +11,9 @@ pub(crate) mod suggest;
 mod tally;
 mod thrust;
 mod time_column;
+mod units;
 
 pub use file::inspect_file;
 pub(crate) use inspect::Inspector;
 pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
-pub(crate) use time_column::LONG_STEP_S;
+pub(crate) use time_column::{SLOW_STEP_S, is_slow};

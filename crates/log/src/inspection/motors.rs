@@ -1,7 +1,8 @@
 //! Recognises commands and speeds of motors, common or one for each motor.
 
 use super::recognise::{Guess, plain};
-use super::suggest::{base_and_unit, quoted};
+use super::suggest::quoted;
+use super::units::quantity_of;
 use crate::ColumnSummary;
 use std::collections::HashMap;
 
@@ -103,7 +104,7 @@ fn connected(group: Vec<usize>, columns: &[ColumnSummary]) -> Vec<usize> {
 pub(crate) fn rotors(at: usize, columns: &[ColumnSummary], groups: &Groups) -> Option<Guess> {
     let own = &columns[at].name;
     let stem = without_digits(own);
-    let (base, unit) = base_and_unit(&stem);
+    let (base, unit) = quantity_of(&stem, columns[at].unit.as_deref());
     let is_speed = base.contains("rpm") && matches!(unit.as_str(), "" | "rpm")
         || unit == "rpm"
             && ["speed", "rotor", "motor", "esc"]
@@ -142,8 +143,9 @@ pub(crate) fn rotors(at: usize, columns: &[ColumnSummary], groups: &Groups) -> O
     Some(Guess {
         channel: "rotor_rpm",
         expression,
-        check: None,
+        averaged: terms.len(),
         columns: all.clone(),
+        ..Guess::default()
     })
 }
 
@@ -204,6 +206,8 @@ pub(crate) fn motors(at: usize, columns: &[ColumnSummary], groups: &Groups) -> O
         channel: "throttle",
         expression,
         check: scale,
+        averaged: group.len(),
         columns: group,
+        ..Guess::default()
     })
 }

@@ -1,12 +1,13 @@
 //! Recognises channels among the columns of a table, by their names, units and sizes.
 
 use super::motors::{Groups, motors, rotors};
-use super::suggest::{base_and_unit, quoted};
-use super::thrust::beside_throttle;
+use super::suggest::quoted;
+use super::thrust::{ask_which, beside_throttle};
+use super::units::{force_factor, last_word_of_force, quantity, quantity_of};
 use crate::ColumnSummary;
 
 /// A guess: a channel and the columns that contain it.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub(crate) struct Guess {
     pub(crate) channel: &'static str,
     pub(crate) expression: String,
@@ -14,6 +15,10 @@ pub(crate) struct Guess {
     pub(crate) check: Option<String>,
     /// The columns, by their places.
     pub(crate) columns: Vec<usize>,
+    /// Number of motors whose mean the expression is; 0 for a single column.
+    pub(crate) averaged: usize,
+    /// Expressions with remarks, one of which the user has to choose; the guess has no expression of its own then.
+    pub(crate) choices: Vec<(String, String)>,
 }
 
 /// Channels that go by these names already.
@@ -38,12 +43,7 @@ pub(crate) const THRUST: [&str; 6] = [
     "load_cell",
 ];
 /// Words in a column's name, its unit, the channel and the factor: `channel = factor * column`.
-const WORDS: [(&[&str], &str, &str, &str); 17] = [
-    (&THRUST, "kg", "thrust_n", "9.80665 * "),
-    (&THRUST, "gf", "thrust_n", "9.80665e-3 * "),
-    (&THRUST, "g", "thrust_n", "9.80665e-3 * "),
-    (&THRUST, "kgf", "thrust_n", "9.80665 * "),
-    (&THRUST, "n", "thrust_n", ""),
+const WORDS: [(&[&str], &str, &str, &str); 12] = [
     (&["torque"], "nm", "torque_n_m", ""),
     (&["volt", "bat"], "v", "battery_v", ""),
     (&["volt", "bat"], "mv", "battery_v", "1e-3 * "),
@@ -51,7 +51,7 @@ const WORDS: [(&[&str], &str, &str, &str); 17] = [
     (&["current"], "a", "current_a", ""),
     (&["current"], "ma", "current_a", "1e-3 * "),
     (&["amps"], "", "current_a", ""),
-    (&["speed", "rotor", "motor"], "rpm", "rotor_rpm", ""),
+    (&["speed", "rotor", "motor", "rpm"], "rpm", "rotor_rpm", ""),
     (&["rpm"], "", "rotor_rpm", ""),
     (&["height", "altitude"], "m", "height_m", ""),
     (
@@ -210,6 +210,7 @@ pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
             found.push(guess);
         }
     }
+    ask_which(columns, &mut found);
     beside_throttle(columns, &mut found);
     found
 }
@@ -220,13 +221,19 @@ fn ours(at: usize, column: &ColumnSummary) -> Option<Guess> {
     (*channel != "throttle" || column.max <= Some(1.0)).then(|| Guess {
         channel,
         expression: quoted(&column.name),
-        check: None,
         columns: vec![at],
+        ..Guess::default()
     })
 }
 
-fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
-    let (base, unit) = base_and_unit(without_statistic(&column.name));
+pub(crate) fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
+    let name = without_statistic(&column.name);
+    let (base, unit) = quantity_of(name, column.unit.as_deref());
+    if THRUST.iter().any(|word| base.contains(word)) {
+        let bare = || last_word_of_force(name).filter(|_| unit.is_empty());
+        let factor = force_factor(&unit).or_else(bare)?;
+        return Some(measured(at, column, "thrust_n", factor));
+    }
     let quoted = quoted(&column.name);
     let (channel, expression) = if unit == "us" && (base.contains("esc") || base.contains("pwm")) {
         ("throttle", format!("({quoted} - 1000) / 1000"))
@@ -239,8 +246,8 @@ fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
     Some(Guess {
         channel,
         expression,
-        check: None,
         columns: vec![at],
+        ..Guess::default()
     })
 }
 
@@ -268,6 +275,7 @@ pub(crate) fn measured(
         expression: format!("{sign}{factor}{}", quoted(&column.name)),
         check: (!checks.is_empty()).then(|| checks.join(", and ")),
         columns: vec![at],
+        ..Guess::default()
     }
 }
 
@@ -300,7 +308,7 @@ fn by_name(at: usize, column: &ColumnSummary) -> Option<Guess> {
         let alike = NAMES.iter().find(|(names, _)| names.contains(&name));
         alike.map(|&(_, channel)| channel)
     };
-    let (base, unit) = base_and_unit(&column.name);
+    let (base, unit) = quantity(column);
     let factor_of = |channel: &str| {
         let known = UNITS
             .iter()
@@ -334,6 +342,7 @@ fn by_name(at: usize, column: &ColumnSummary) -> Option<Guess> {
         expression: format!("{sign}{factor}{}", quoted(&column.name)),
         check,
         columns: vec![at],
+        ..Guess::default()
     })
 }
 

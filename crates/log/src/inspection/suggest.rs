@@ -1,33 +1,10 @@
 //! Guesses from column names. They only serve messages and suggested maps; no reader uses them.
 
-use super::recognise::{Guess, channels};
+use super::recognise::Guess;
 use super::thrust::why_not;
 use crate::{ColumnSummary, TimeBase};
 use std::collections::BTreeSet;
 use touchdown_trial::TIME_CHANNEL;
-
-/// `Thrust (gf)`, `weight[g]`, `t_s` and `TimeUS` as what and unit, in lower case; `µ` is `u`.
-pub(crate) fn base_and_unit(name: &str) -> (String, String) {
-    let name = name
-        .to_lowercase()
-        .replace(['µ', 'μ'], "u")
-        .replace(['·', '⋅'], "");
-    for (open, close) in [('(', ')'), ('[', ']')] {
-        if let Some((base, unit)) = name.strip_suffix(close).and_then(|n| n.rsplit_once(open)) {
-            return (base.trim().to_owned(), unit.trim().to_owned());
-        }
-    }
-    match name.rsplit_once('_') {
-        Some((base, unit)) => (base.to_owned(), unit.to_owned()),
-        None => match name
-            .strip_prefix("time")
-            .filter(|unit| ["ms", "us", "ns"].contains(unit))
-        {
-            Some(unit) => ("time".to_owned(), unit.to_owned()),
-            None => (name, String::new()),
-        },
-    }
-}
 
 /// Rows of a table that is read as steady points. Tables of manufacturers have up to 40; a record of a second has more
 /// than 60. Identification takes such a table as a static curve.
@@ -46,8 +23,11 @@ pub(crate) fn scaled(name: &str, factor: f64) -> String {
 /// those by size have a comment to check them. All other columns follow as comments, and so does the
 /// time if no column contains it. A table with our own names gets no map, unless a column seems to
 /// be a channel of another name.
-pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Option<String> {
-    let guesses = channels(columns);
+pub(crate) fn map_text(
+    columns: &[ColumnSummary],
+    guesses: &[Guess],
+    time: Option<&TimeBase>,
+) -> Option<String> {
     let guessed: BTreeSet<usize> = guesses
         .iter()
         .flat_map(|guess| guess.columns.iter().copied())
@@ -57,11 +37,13 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
     if columns.iter().any(|column| numbers(&column)) && guesses.iter().all(is_named) {
         return None;
     }
-    let mut text = String::from("schema = 1\n\n[channels]\n");
+    let mut text = String::from("schema = 1\n\n");
+    vehicle(&mut text, guesses);
+    text.push_str("[channels]\n");
     match time {
         Some(base) => time_lines(&mut text, base),
         // A table of steady points has no time: its rows only need an order.
-        None if is_bench_table(columns, &guesses) => line(
+        None if is_bench_table(columns, guesses) => line(
             &mut text,
             TIME_CHANNEL,
             "row",
@@ -72,13 +54,8 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
             "# time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
         ),
     }
-    for guess in &guesses {
-        line(
-            &mut text,
-            guess.channel,
-            &guess.expression,
-            guess.check.clone(),
-        );
+    for guess in guesses {
+        channel_lines(&mut text, guess);
     }
     for (at, column) in columns.iter().enumerate() {
         let is_time = time.is_some_and(|base| base.column == column.name);
@@ -90,11 +67,60 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
             (None, 0) => ", empty",
             _ => "",
         };
-        let why = why_not(column, &guesses).map_or_else(String::new, |why| format!(": {why}"));
+        let why = why_not(column, guesses).map_or_else(String::new, |why| format!(": {why}"));
         let name = quoted(&column.name).replace(['\n', '\r'], " ");
         text.push_str(&format!("# {name}{what}{why}\n"));
     }
     Some(text)
+}
+
+/// The table of the vehicle: how many rotors a measured thrust is of, where the throttle or the speed is the mean of
+/// several motors. Each of them would be counted if it were a channel of its own; a mean does not show them.
+fn vehicle(text: &mut String, guesses: &[Guess]) {
+    let of = |channel: &str| guesses.iter().find(|guess| guess.channel == channel);
+    let mean = ["throttle", "rotor_rpm"].into_iter().filter_map(of);
+    let mean = mean.into_iter().find(|guess| guess.averaged > 1);
+    if let (Some(mean), Some(_)) = (mean, of("thrust_n")) {
+        text.push_str(&format!(
+            "[vehicle]\nmeasured_rotors = {}  # {} is the mean of so many motors: is thrust_n the thrust of all of them?\n\n",
+            mean.averaged, mean.channel
+        ));
+    }
+}
+
+/// The line of a channel. Where the user has to choose, there is a comment for each choice.
+fn channel_lines(text: &mut String, guess: &Guess) {
+    if guess.choices.is_empty() {
+        line(text, guess.channel, &guess.expression, guess.check.clone());
+        return;
+    }
+    text.push_str(&format!(
+        "# {} columns look like {}: remove the # of one line\n",
+        guess.columns.len(),
+        guess.channel
+    ));
+    for (expression, remark) in &guess.choices {
+        text.push_str("# ");
+        line(text, guess.channel, expression, Some(remark.clone()));
+    }
+}
+
+/// What the suggested map asks, one sentence each.
+pub(crate) fn questions(columns: &[ColumnSummary], guesses: &[Guess]) -> Vec<String> {
+    let asked = guesses.iter().filter(|guess| !guess.choices.is_empty());
+    let question = |guess: &Guess| {
+        let names = guess
+            .columns
+            .iter()
+            .map(|&at| format!("{:?}", columns[at].name));
+        let names: Vec<String> = names.collect();
+        format!(
+            "{} look like {}: the map to start from has their sum and each alone as comments. Remove the # of one line",
+            names.join(" and "),
+            guess.channel
+        )
+    };
+    asked.map(question).collect()
 }
 
 /// The line of the time. Where its unit is not clear, there are two lines as comments, so that the map is invalid until the

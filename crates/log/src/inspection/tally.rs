@@ -3,7 +3,9 @@
 use super::jumps::Jumps;
 use super::sample::{Sample, median};
 use super::{ColumnSummary, TimeBase};
+use crate::tables::stamps::Restarts;
 use crate::{Column, ColumnKind};
+use touchdown_trial::TIME_CHANNEL;
 
 /// Largest number of values in the samples of all columns: 32 MB, and as much for steps.
 const MOST_VALUES: usize = 1 << 22;
@@ -18,6 +20,8 @@ pub(crate) struct View<'a> {
     pub(crate) values: &'a [f64],
     /// One of the cells of a column of text.
     pub(crate) text: Option<&'a str>,
+    /// The cell in a row of units.
+    pub(crate) unit: Option<&'a str>,
 }
 
 impl<'a> View<'a> {
@@ -25,6 +29,7 @@ impl<'a> View<'a> {
         Self {
             name: &column.name,
             values: &column.values,
+            unit: column.unit(),
             text: match &column.kind {
                 ColumnKind::Text { example } => Some(example),
                 _ => None,
@@ -53,6 +58,7 @@ pub(crate) struct Tally {
 /// Counts of one column so far.
 struct Counted {
     name: String,
+    unit: Option<String>,
     text: Option<String>,
     count: usize,
     gaps: usize,
@@ -89,6 +95,7 @@ struct Clock {
     ends_s: Option<(f64, f64)>,
     bad: usize,
     jumps: Vec<(f64, Jumps)>,
+    restarts: Restarts,
 }
 
 fn widen(ends: &mut Option<(f64, f64)>, value: f64) {
@@ -128,6 +135,7 @@ impl Tally {
                     jumps: [1.0, 1e-3, 1e-6, 1e-9]
                         .map(|scale| (scale, Jumps::default()))
                         .into(),
+                    restarts: Restarts::default(),
                 });
                 let stamps = values.iter().zip(numbers);
                 stamps
@@ -143,6 +151,7 @@ impl Tally {
             let place = known.unwrap_or_else(|| {
                 self.columns.push(Counted {
                     name: column.name.to_owned(),
+                    unit: column.unit.map(str::to_owned),
                     text: None,
                     count: 0,
                     gaps: self.rows,
@@ -177,8 +186,8 @@ impl Tally {
         is_there.then_some(at).or_else(search)
     }
 
-    /// The time base, if there is one, and the warning of its jumps.
-    pub(crate) fn time(&self) -> Option<(TimeBase, Option<String>)> {
+    /// The time base, if there is one, and the warnings of its restarts and jumps.
+    pub(crate) fn time(&self) -> Option<(TimeBase, Vec<String>)> {
         let (time, clock) = (self.time.as_ref()?, self.clock.as_ref()?);
         let sorted = clock.steps.sample.sorted();
         let period_s = median(&sorted);
@@ -199,6 +208,7 @@ impl Tally {
                 .get((apart.len() * 95).div_ceil(100).saturating_sub(1))
                 .copied(),
             bad_stamps: clock.bad,
+            stamps: self.rows - clock.bad.min(self.rows),
             largest: clock.ends_s.map_or(0.0, |(_, last)| last / time.unit_s),
             guess: time.guess,
         };
@@ -207,8 +217,11 @@ impl Tally {
             .map_or(1.0, |likely| likely.unit_s / base.unit_s);
         let jumps = clock.jumps.iter().find(|(of, _)| *of == scale);
         let median_s = period_s.unwrap_or_default() * scale;
-        let told = jumps.and_then(|(_, jumps)| jumps.warning(&time.name, median_s));
-        Some((base, told))
+        let jumps = jumps.and_then(|(_, jumps)| jumps.warning(&time.name, median_s));
+        // Rows of a table with our own time are dropped, and the findings of that have the warning.
+        let restarts = clock.restarts.warning(&format!("{:?}", time.name));
+        let restarts = restarts.filter(|_| time.name != TIME_CHANNEL);
+        Some((base, restarts.into_iter().chain(jumps).collect()))
     }
 
     /// Every column in order; without a time there are no rates.
@@ -216,7 +229,7 @@ impl Tally {
         let finite = |value: f64| value.is_finite().then_some(value);
         let summary = |counted: &Counted| ColumnSummary {
             name: counted.name.clone(),
-            unit: None,
+            unit: counted.unit.clone(),
             count: counted.count,
             gaps: counted.gaps,
             min: counted.ends.and_then(|(min, _)| finite(min)),
@@ -261,6 +274,7 @@ impl Clock {
         }
         widen(&mut self.ends_s, stamp_s);
         self.bad += usize::from(!self.steps.push(stamp_s));
+        self.restarts.push(row, stamp_s);
         for (scale, jumps) in &mut self.jumps {
             jumps.push(row, stamp_s * *scale);
         }

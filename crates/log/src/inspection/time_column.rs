@@ -1,8 +1,8 @@
 //! Recognises the time column of a table and its unit.
 
 use super::recognise::channels;
-use super::suggest::base_and_unit;
 use super::tally::{Tally, TimeColumn, View};
+use super::units::{quantity_of, words};
 use crate::{Column, ColumnKind};
 
 /// Words for time. A name that begins or ends with `time`, or ends with `stamp`, counts as well.
@@ -186,7 +186,7 @@ pub(crate) fn time_of(column: &Column) -> Option<TimeColumn> {
     if column.kind == ColumnKind::Stamp {
         return found(1.0, true);
     }
-    let (base, unit) = base_and_unit(&column.name);
+    let (base, unit) = quantity_of(&column.name, column.unit());
     if column.is_text() || !matches!(base.as_str(), "t" | "time" | "timestamp" | "elapsed time") {
         return None;
     }
@@ -253,21 +253,10 @@ fn named(name: &str) -> Option<NameHint> {
     })
 }
 
-/// `timeBootMs`, `time_boot_ms` and `Time boot [ms]` as three words in lower case.
-fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut was_lower = false;
-    for c in name.replace(['µ', 'μ'], "u").chars() {
-        if !c.is_alphanumeric() || (was_lower && c.is_uppercase()) {
-            words.push(String::new());
-        }
-        was_lower = c.is_lowercase();
-        if let (true, Some(word)) = (c.is_alphanumeric(), words.last_mut()) {
-            word.extend(c.to_lowercase());
-        }
-    }
-    words.retain(|word| !word.is_empty());
-    words
+/// The seconds of a unit of time.
+fn seconds(unit: &str) -> Option<f64> {
+    let known = UNITS.iter().find(|&&(name, _)| name == unit);
+    known.map(|&(_, unit_s)| unit_s)
 }
 
 /// Clearness of the name of a column that increases as time does; none for other columns.
@@ -276,6 +265,11 @@ fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
         return None;
     }
     let NameHint { speaks, unit_s } = named(&column.name)?;
+    let unit_s = match column.unit() {
+        None => unit_s,
+        // A row of units speaks of another quantity.
+        Some(unit) => Some(seconds(&quantity_of("", Some(unit)).1)?),
+    };
     let stamps = column.values.iter().copied().filter(|v| v.is_finite());
     let stamps: Vec<f64> = stamps.collect();
     if stamps.len() < FEWEST || 2 * stamps.len() < column.values.len() {
@@ -322,7 +316,17 @@ fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
 
 /// Median step above which a message asks about milliseconds, s. A log slower than 0.1 Hz is too slow
 /// for any identification here.
-pub(crate) const LONG_STEP_S: f64 = 10.0;
+const LONG_STEP_S: f64 = 10.0;
+/// Median step from which a long log is asked about, s: logs of 1 kHz in ms have it.
+pub(crate) const SLOW_STEP_S: f64 = 1.0;
+/// Longest log of steps from a second on that is no question, s. Multirotors and stands run for minutes, on a tether or
+/// by a generator for an hour or two. A log of 100 Hz in ms is that long after 11 s.
+const LONG_LOG_S: f64 = 3.0 * 3600.0;
+
+/// Whether a log of this median step (s) and number of rows is so slow that its time may be in ms.
+pub(crate) fn is_slow(step_s: f64, rows: usize) -> bool {
+    step_s > LONG_STEP_S || step_s >= SLOW_STEP_S && step_s * rows as f64 > LONG_LOG_S
+}
 
 /// A unit that stamps suggest.
 #[derive(Debug, Clone, Copy, PartialEq)]

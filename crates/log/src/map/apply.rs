@@ -2,8 +2,8 @@ use super::Window;
 use super::evaluate::{evaluate, is_known};
 use super::median::running_median;
 use super::rows::{Rows, TableRows};
-use crate::inspection::LONG_STEP_S;
-use crate::tables::stamps::{increasing, is_increasing};
+use crate::inspection::{SLOW_STEP_S, is_slow};
+use crate::tables::stamps::{Restarts, increasing, is_increasing};
 use crate::{Findings, LogError, Map, Table, limits};
 use std::path::Path;
 use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
@@ -78,7 +78,6 @@ pub(super) fn trial_of(
     let time = columns.iter().position(|(name, _)| name == TIME_CHANNEL);
     let time_s = time.map(|at| columns.remove(at).1).unwrap_or_default();
     let taken = rows_to_take(&time_s, keep, &mut findings);
-    warn_of_stamps(&mut findings);
 
     let path = file.path;
     let of_trial = |source| LogError::Trial {
@@ -162,6 +161,8 @@ fn rows_to_take(
     findings.absent_stamps = kept.absent;
     findings.duplicate_stamps = kept.duplicate;
     findings.backward_stamps = kept.backward;
+    warn_of_stamps(findings);
+    warn_of_disorder(time_s, &rows, findings);
     Some(kept.rows)
 }
 
@@ -247,15 +248,36 @@ fn warn_of_stamps(findings: &mut Findings) {
     }
 }
 
+/// Share of rows with equal stamps above which the clock is too coarse for the rows.
+const COARSE: f64 = 0.1;
+
+/// Says what to do about stamps of which many are equal or out of order.
+fn warn_of_disorder(time_s: &[f64], rows: &[usize], findings: &mut Findings) {
+    let restarts = Restarts::of(time_s, rows).warning(TIME_CHANNEL);
+    let all = findings.rows_read as f64;
+    let is_backward = restarts.is_none() && findings.backward_stamps as f64 > 0.5 * all;
+    let is_coarse = restarts.is_none() && findings.duplicate_stamps as f64 > COARSE * all;
+    findings.warnings.extend(restarts);
+    if is_backward {
+        let text = "time_s: most stamps are before those of earlier rows. Sort the rows by time";
+        findings.warnings.push(text.to_owned());
+    }
+    if is_coarse {
+        let text = "time_s: its clock is coarser than the rows. If rows follow each other evenly, count them by a map: time_s = \
+                    'row * 0.01' for a period of 0.01 s";
+        findings.warnings.push(text.to_owned());
+    }
+}
+
 fn warn_of_values(trial: &Trial, findings: &mut Findings) {
     let stamps = trial.time_s();
-    let is_long = |pair: &&[f64]| pair[1] - pair[0] > LONG_STEP_S;
+    let is_long = |pair: &&[f64]| pair[1] - pair[0] >= SLOW_STEP_S;
     let long = stamps.windows(2).filter(is_long).count();
     // A median takes a copy of all steps: it is computed where it can be long.
     let period_s = (2 * long + 1 >= stamps.len()).then(|| trial.period_s());
     if let Some(period_s) = period_s
         .flatten()
-        .filter(|&period_s| period_s > LONG_STEP_S)
+        .filter(|&period_s| is_slow(period_s, stamps.len()))
     {
         findings.warnings.push(format!(
             "time_s: the median step is {period_s} s; is it in milliseconds?"

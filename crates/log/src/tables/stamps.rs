@@ -48,6 +48,78 @@ pub(crate) fn increasing(time_s: &[f64], rows: &[usize]) -> KeptRows {
     kept
 }
 
+/// Rows that must follow a step back, in order and before the time from which it leads, for a restart.
+const RESTARTED: usize = 10;
+
+/// Restarts of a clock: the time goes back and runs on from there, as where a file holds several runs.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Restarts {
+    /// The last two stamps.
+    last: Option<(f64, f64)>,
+    /// A step back, and the rows that have followed it in order.
+    pending: Option<(StepBack, usize)>,
+    first: Option<StepBack>,
+    count: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct StepBack {
+    /// The first row of the new run.
+    row: usize,
+    from: f64,
+    to: f64,
+}
+
+impl Restarts {
+    /// The restarts among these rows; rows without a stamp are skipped.
+    pub(crate) fn of(time_s: &[f64], rows: &[usize]) -> Self {
+        let mut restarts = Self::default();
+        rows.iter().for_each(|&row| restarts.push(row, time_s[row]));
+        restarts
+    }
+
+    /// Adds the next row.
+    pub(crate) fn push(&mut self, row: usize, stamp: f64) {
+        if !stamp.is_finite() {
+            return;
+        }
+        let Some((before, last)) = self.last.replace((f64::NAN, stamp)) else {
+            self.last = Some((f64::NEG_INFINITY, stamp));
+            return;
+        };
+        self.last = Some((last, stamp));
+        if let Some((step, follow)) = &mut self.pending {
+            *follow += 1;
+            if stamp < last || stamp >= step.from {
+                self.pending = None;
+            } else if *follow == RESTARTED {
+                self.first.get_or_insert(*step);
+                self.count += 1;
+                self.pending = None;
+            }
+        }
+        // After a single late stamp the time is as before.
+        if stamp < last && stamp <= before {
+            let (from, to) = (last, stamp);
+            self.pending = Some((StepBack { row, from, to }, 0));
+        }
+    }
+
+    /// The warning: how often, where first, and what to do.
+    pub(crate) fn warning(&self, column: &str) -> Option<String> {
+        let StepBack { row, from, to } = self.first?;
+        let times = match self.count {
+            1 => "once".to_owned(),
+            count => format!("{count} times"),
+        };
+        Some(format!(
+            "{column} goes back {times} and runs on from there, first at row {row} (from 0), from {from} to {to}: several \
+             runs in one file? Their rows cannot be told apart by time, and only an increasing part of them is used. Save \
+             each run as a file of its own and give all files, or keep one run by a map, such as [filter] keep = 'row < {row}'"
+        ))
+    }
+}
+
 /// The longest strictly increasing subsequence, by patience sorting, O(n log n).
 fn longest_increasing(time_s: &[f64], rows: &[usize]) -> Vec<usize> {
     let mut tails: Vec<usize> = Vec::new(); // positions in `rows`, the lowest end of each length
@@ -110,6 +182,40 @@ mod tests {
         assert_eq!(run(&[0.0, 1.0, 9e9, 2.0, 3.0]), (vec![0, 1, 3, 4], 0, 0, 1));
         assert_eq!(run(&[]), (vec![], 0, 0, 0));
         assert_eq!(run(&[f64::INFINITY, 1.0]), (vec![1], 1, 0, 0));
+    }
+
+    #[test]
+    fn analytic_restarts_are_steps_back_from_which_the_time_runs_on() {
+        let restarts = |stamps: &[f64]| {
+            let rows: Vec<usize> = (0..stamps.len()).collect();
+            let found = Restarts::of(stamps, &rows);
+            (found.count, found.first.map(|step| step.row))
+        };
+        let run = |from: f64, rows: u32| (0..rows).map(move |i| from + f64::from(i));
+        let stamps = |runs: &[(f64, u32)]| -> Vec<f64> {
+            runs.iter()
+                .flat_map(|&(from, rows)| run(from, rows))
+                .collect()
+        };
+        assert_eq!(
+            restarts(&stamps(&[(0.0, 30), (0.0, 30), (5.0, 30)])),
+            (2, Some(30))
+        );
+        assert_eq!(restarts(&stamps(&[(0.0, 30), (30.0, 30)])), (0, None));
+        // A late stamp, one that is early, a block that was written twice, and stamps in pairs.
+        assert_eq!(
+            restarts(&stamps(&[(0.0, 30), (9e9, 1), (30.0, 30)])),
+            (0, None)
+        );
+        assert_eq!(
+            restarts(&stamps(&[(0.0, 30), (3.0, 1), (30.0, 30)])),
+            (0, None)
+        );
+        assert_eq!(restarts(&stamps(&[(0.0, 30), (25.0, 30)])), (0, None));
+        assert_eq!(restarts(&stamps(&[(100.0, 2); 40])), (0, None));
+        // The time decreases.
+        let falling: Vec<f64> = run(0.0, 40).map(|t| -t).collect();
+        assert_eq!(restarts(&falling), (0, None));
     }
 
     proptest! {

@@ -16,6 +16,8 @@ pub struct Table {
 pub struct Column {
     pub(crate) name: String,
     pub(crate) kind: ColumnKind,
+    /// Its cell in a row of units.
+    pub(crate) unit: Option<String>,
     pub(crate) values: Vec<f64>,
 }
 
@@ -89,6 +91,12 @@ impl Column {
     #[must_use]
     pub fn kind(&self) -> &ColumnKind {
         &self.kind
+    }
+
+    /// The unit that a row of units below the header states, as it is written there.
+    #[must_use]
+    pub fn unit(&self) -> Option<&str> {
+        self.unit.as_deref()
     }
 
     /// One value for each row, NaN for a gap. For a column of text all are NaN.

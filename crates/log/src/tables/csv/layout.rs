@@ -1,17 +1,21 @@
 //! Layout of a text table: lines, header, delimiter.
 
 use super::cell::{Cell, classify};
+use super::preamble::take_preamble;
 use crate::LogError;
 use crate::limits;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 /// Number of lines that decide the delimiter.
-const SAMPLED_LINES: usize = 20;
+pub(super) const SAMPLED_LINES: usize = 20;
 /// The delimiter of tables whose cells are separated by any number of blanks.
 const BLANKS: u8 = b' ';
 /// Delimiters, in the order of preference between equals.
-const DELIMITERS: [u8; 4] = [b',', b';', b'\t', b'|'];
+pub(super) const DELIMITERS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
+/// Letters that a warning shows of a line at most.
+const SHOWN_CHARS: usize = 40;
 
 /// Largest number of renamed columns that are listed one by one.
 const MOST_RENAMED: usize = 16;
@@ -27,6 +31,8 @@ pub(crate) struct Line<'a> {
 }
 
 pub(crate) struct Layout<'a> {
+    /// The number of the header's line, if there is one.
+    pub(crate) header_line: Option<usize>,
     pub(crate) names: Vec<String>,
     pub(crate) delimiter: u8,
     /// The rows, without comments and blank lines.
@@ -61,7 +67,7 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
         .iter()
         .take_while(|line| is_comment(line.bytes))
         .count();
-    let body = lines.split_off(comments);
+    let mut body = lines.split_off(comments);
     if lines.is_empty() && body.is_empty() {
         let path = path.to_owned();
         return Err(LogError::Empty { path });
@@ -72,12 +78,15 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
         return Err(not_text(path, BINARY));
     }
     let mut warnings = Vec::new();
+    warnings.extend(above_header(&take_preamble(&mut body, told)));
     let Heading {
         header,
         delimiter,
         mut rows,
     } = heading(lines, body, told, &mut warnings);
     let of_limit = |excess| LogError::excess(path, excess);
+    let header_line = header.map(|line| line.number);
+    let header = header.map(|line| line.bytes);
     let width = |line: &[u8]| limits::columns(width(line, delimiter)).map_err(of_limit);
     width(header.unwrap_or_default())?;
     rows.retain(|line| !is_comment(line.bytes));
@@ -94,6 +103,7 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
     let long = long.find(Result::is_err).unwrap_or(Ok(()));
     long.map_err(of_limit)?;
     Ok(Layout {
+        header_line,
         names,
         delimiter,
         rows,
@@ -102,9 +112,23 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
     })
 }
 
+/// The warning of lines above the header.
+fn above_header(above: &[Line<'_>]) -> Option<String> {
+    let (first, last) = (above.first()?, above.last()?);
+    let text = String::from_utf8_lossy(first.bytes);
+    let text: String = text.trim().chars().take(SHOWN_CHARS).collect();
+    let lines = match above.len() {
+        1 => format!("line {} stands", first.number),
+        _ => format!("lines {} to {} stand", first.number, last.number),
+    };
+    Some(format!(
+        "{lines} above the header and were passed over: they begin with {text:?}"
+    ))
+}
+
 /// The header of a table, if it has one, and its rows, with comments between them.
 struct Heading<'a> {
-    header: Option<&'a [u8]>,
+    header: Option<Line<'a>>,
     delimiter: u8,
     rows: Vec<Line<'a>>,
 }
@@ -153,7 +177,7 @@ fn heading<'a>(
     };
     if is_header && !is_row_of_numbers(header.bytes, delimiter) {
         return Heading {
-            header: Some(header.bytes),
+            header: Some(header),
             delimiter,
             rows: body,
         };
@@ -248,12 +272,12 @@ fn told_delimiter(line: &[u8]) -> Option<u8> {
     }
 }
 
-fn is_comment(line: &[u8]) -> bool {
+pub(super) fn is_comment(line: &[u8]) -> bool {
     line.trim_ascii_start().starts_with(b"#")
 }
 
 /// Whether every cell is a number, a stamp or a gap, and not all are gaps.
-fn is_row_of_numbers(line: &[u8], delimiter: u8) -> bool {
+pub(super) fn is_row_of_numbers(line: &[u8], delimiter: u8) -> bool {
     let mut cells = Vec::new();
     split(line, delimiter, &mut cells);
     let kinds: Vec<Cell> = cells

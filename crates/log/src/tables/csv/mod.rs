@@ -3,6 +3,7 @@
 mod cell;
 mod layout;
 mod parts;
+mod preamble;
 mod read;
 mod write;
 

@@ -25,7 +25,10 @@ const EXAMPLE_CHARS: usize = 40;
 /// The columns of a table without a header are called `c1`, `c2`, …, with a warning: a row of numbers is never a
 /// header. Rows of numbers may be separated by blanks.
 ///
-/// A row of units below the header is skipped with a warning.
+/// Lines above the header, such as the name of a program and a date, are passed over with a warning, where all lines from
+/// the header on have as many cells as it has, and those above it have not.
+///
+/// A row of units below the header is skipped with a warning; its cells are the [units](Column::unit) of the columns.
 ///
 /// A row with the wrong number of cells, or with text in a column of numbers, is corrupt: it is
 /// dropped and counted. An incomplete last row counts as truncated. A row that ends inside its last
@@ -91,6 +94,7 @@ enum ColumnContent {
 /// A table that is read in one part or in several.
 pub(crate) struct TableReader {
     names: Vec<String>,
+    header_line: Option<usize>,
     delimiter: u8,
     held: Vec<Option<ColumnContent>>,
     /// Rows so far, complete or not.
@@ -121,6 +125,7 @@ impl TableReader {
     pub(crate) fn of(layout: &Layout<'_>) -> Self {
         Self {
             names: layout.names.clone(),
+            header_line: layout.header_line,
             delimiter: layout.delimiter,
             held: vec![None; layout.names.len()],
             rows: 0,
@@ -177,7 +182,12 @@ impl TableReader {
         if self.findings.rows_used == 0 {
             let reason = match (&self.first_fault, self.findings.rows_read) {
                 (_, 0) => "the file contains only a header".to_owned(),
-                (Some(fault), read) => format!("all {read} rows are corrupt, the first in {fault}"),
+                (Some(fault), read) => {
+                    let header = self.header_line.map_or_else(String::new, |line| {
+                        format!(". Line {line} was taken for the header: if it is not, delete the lines above the header")
+                    });
+                    format!("all {read} rows are corrupt, the first in {fault}{header}")
+                }
                 (None, read) => format!("{read} rows, all empty or broken off"),
             };
             let path = path.to_owned();
@@ -229,15 +239,16 @@ impl PartReader<'_> {
         self.last_cell_empty = last_empty;
         let position = self.taken.len();
         self.taken.push((row, line.number));
-        let mut texts = 0;
+        let (mut texts, mut filled) = (0, 0);
         for (column, cell) in self.columns.iter_mut().zip(&cells) {
             let kind = classify(cell, delimiter != b',');
             texts += usize::from(kind == Cell::Text);
+            // A dash is the unit of what has none.
+            filled += usize::from(!cell.iter().all(|&byte| byte == b'-'));
             self.reading.comma_numbers += usize::from(matches!(kind, Cell::CommaNumber(_)));
             column.push(position, kind, cell);
         }
         if row == 0 {
-            let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
             self.first_is_text = texts == filled && texts > 1;
         }
     }
@@ -260,10 +271,12 @@ impl PartReader<'_> {
                 column.name = format!("column_{}", index + 1);
             }
         }
+        let mut has_units = false;
         for (position, fault) in bad.iter().enumerate() {
             let Some(fault) = fault else { continue };
             let line = self.taken[position].1;
             if position == 0 && self.first_is_text {
+                has_units = true;
                 self.reading.findings.rows_read -= 1;
                 self.reading.findings.warnings.push(format!(
                     "line {line} holds no number; it was read as a row of units"
@@ -278,6 +291,7 @@ impl PartReader<'_> {
         let findings = &mut self.reading.findings;
         findings.rows_used += kept.len();
         for column in &mut columns {
+            column.unit.take_if(|_| !has_units);
             column.values = kept.iter().map(|&i| column.values[i]).collect();
             column.count(findings);
         }
@@ -324,6 +338,10 @@ impl RawColumn {
         let mut blame = |position: usize, found: &str| {
             bad[position]
                 .get_or_insert_with(|| format!("expected a number in {name:?}, found {found:?}"));
+        };
+        let unit = match self.odd.first() {
+            Some((0, OtherCell::Text(text))) => Some(text.clone()),
+            _ => None,
         };
         let is_unit =
             units && self.numbers == 0 && matches!(&self.odd[..], [(0, OtherCell::Text(_))]);
@@ -384,6 +402,7 @@ impl RawColumn {
             held.get_or_insert(settled);
         }
         Column {
+            unit: unit.filter(|_| !matches!(kind, ColumnKind::Text { .. })),
             name,
             kind,
             values: self.values,

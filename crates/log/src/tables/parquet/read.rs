@@ -197,6 +197,7 @@ impl PartialColumn {
         Column {
             name: self.column.name(),
             kind,
+            unit: None,
             values: std::mem::take(&mut self.values),
         }
     }
