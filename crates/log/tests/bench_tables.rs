@@ -104,9 +104,11 @@ fn regress_several_load_cells_are_asked_about() {
         ("Thrust1 [g]", "Thrust2 [g]"),
         ("thrust_left_g", "thrust_right_g"),
         ("Load cell A (g)", "Load cell B (g)"),
+        ("Force + -1 (g)", "Force + -2 (g)"),
     ] {
-        let (table, _) = stand(&format!("time_s,throttle,{a},{b}"), 80, |i| {
-            format!("{},{},{i},{}", 0.01 * i, i / 80.0, -2.0 * i)
+        let header = format!("time_s,throttle,Weight of battery (kg),{a},{b}");
+        let (table, _) = stand(&header, 80, |i| {
+            format!("{},{},{},{i},{}", 0.01 * i, i / 80.0, i % 2.0, -2.0 * i)
         });
         let (seen, map) = looked(&table);
         assert!(!map.contains("\nthrust_n"), "{map}");

@@ -74,6 +74,31 @@ pub(crate) fn ask_which(columns: &[ColumnSummary], found: &mut [Guess]) {
         guess.check.clone_from(&whole.check);
         return;
     }
+    let cells = load_cells(&all);
+    if cells.is_empty() {
+        let other = quoted(&columns[all[1].1.columns[0]].name).replace(['\n', '\r'], " ");
+        let asked = format!("{other} is a force as well: is this the whole thrust?");
+        let check = guess.check.take().map(|check| format!("{check}; {asked}"));
+        guess.check = Some(check.unwrap_or(asked));
+        return;
+    }
+    let mut sum = cells[0].expression.clone();
+    for cell in &cells[1..] {
+        match cell.expression.strip_prefix('-') {
+            Some(negative) => sum.push_str(&format!(" - {negative}")),
+            None => sum.push_str(&format!(" + {}", cell.expression)),
+        }
+    }
+    let whole = "the sum, where each load cell bears a part; of several rotors, state measured_rotors in [vehicle]";
+    let alone = |cell: &&Guess| (cell.expression.clone(), "this load cell alone".to_owned());
+    guess.choices = vec![(sum, whole.to_owned())];
+    guess.choices.extend(cells.iter().map(alone));
+    guess.columns = cells.iter().flat_map(|cell| cell.columns.clone()).collect();
+    (guess.expression, guess.check) = (String::new(), None);
+}
+
+/// The first forces, two or more, whose names differ by a number or a side; nothing without such forces.
+fn load_cells(all: &[(Vec<String>, Guess)]) -> Vec<&Guess> {
     let stem = |name: &[String]| -> Vec<String> {
         let words = name
             .iter()
@@ -81,31 +106,12 @@ pub(crate) fn ask_which(columns: &[ColumnSummary], found: &mut [Guess]) {
         let kept = words.filter(|word| !word.is_empty() && !SIDES.contains(word));
         kept.map(str::to_owned).collect()
     };
-    let first = stem(&all[0].0);
-    let cells: Vec<&Guess> = all
-        .iter()
-        .filter(|(name, _)| stem(name) == first)
-        .map(|(_, cell)| cell)
-        .collect();
-    if cells.len() < 2 {
-        let other = quoted(&columns[all[1].1.columns[0]].name).replace(['\n', '\r'], " ");
-        let asked = format!("{other} is a force as well: is this the whole thrust?");
-        guess.check = Some(
-            guess
-                .check
-                .take()
-                .map_or(asked.clone(), |check| format!("{check}; {asked}")),
-        );
-        return;
-    }
-    let sum: Vec<&str> = cells.iter().map(|cell| cell.expression.as_str()).collect();
-    let sum = sum.join(" + ").replace("+ -", "- ");
-    let alone = |cell: &&Guess| (cell.expression.clone(), "this load cell alone".to_owned());
-    let whole = "the sum, where each load cell bears a part; of several rotors, state measured_rotors in [vehicle]";
-    guess.choices = vec![(sum, whole.to_owned())];
-    guess.choices.extend(cells.iter().map(alone));
-    guess.columns = cells.iter().flat_map(|cell| cell.columns.clone()).collect();
-    (guess.expression, guess.check) = (String::new(), None);
+    let alike = |of: &[String]| -> Vec<&Guess> {
+        let same = all.iter().filter(|(name, _)| stem(name) == of);
+        same.map(|(_, cell)| cell).collect()
+    };
+    let mut groups = all.iter().map(|(name, _)| alike(&stem(name)));
+    groups.find(|cells| cells.len() > 1).unwrap_or_default()
 }
 
 /// Adds the thrust of a bench: a force without a unit beside a throttle or a speed of rotors. A `u` from 0 to 1 beside
