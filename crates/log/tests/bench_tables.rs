@@ -85,6 +85,15 @@ fn regress_a_row_of_units_counts_for_the_time_and_other_channels() {
     ] {
         assert!(map.contains(line), "{line}\n{map}");
     }
+    // A name and a row may state the same unit.
+    let (table, _) = stand("time_s,throttle,thrust_n\ns,-,N", 80, |i| {
+        format!("{},{},{i}", 0.01 * i, i / 80.0)
+    });
+    let (seen, map) = looked(&table);
+    assert_eq!(
+        (seen.warnings.as_slice(), map.as_str()),
+        ([].as_slice(), "")
+    );
     // A column in another unit is no time, and a thrust in a unit that nobody knows is no newtons.
     let (table, _) = stand("ramp,throttle,Thrust\nV,-,counts", 80, |i| {
         format!("{},{},{i}", 0.5 * i, i / 80.0)

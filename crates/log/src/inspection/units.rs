@@ -42,9 +42,12 @@ pub(crate) fn quantity(column: &ColumnSummary) -> (String, String) {
 /// As [`quantity`] for a name and the cell below it in a row of units.
 pub(crate) fn quantity_of(name: &str, unit: Option<&str>) -> (String, String) {
     let is_bracketed = name.trim_end().ends_with([')', ']']);
-    match unit.filter(|_| !is_bracketed) {
-        Some(unit) => (name.trim().to_lowercase(), plain_unit(unit)),
-        None => base_and_unit(name),
+    let (base, own) = base_and_unit(name);
+    match unit.filter(|_| !is_bracketed).map(plain_unit) {
+        // The name states the same, as `time_s` does.
+        Some(unit) if unit == own => (base, unit),
+        Some(unit) => (name.trim().to_lowercase(), unit),
+        None => (base, own),
     }
 }
 

@@ -98,6 +98,56 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
 }
 
 #[test]
+fn regress_what_was_dropped_is_told_where_nothing_can_be_fitted() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("runs.csv");
+    // Two runs: the second repeats the stamps of the first, which never moves the throttle.
+    write_log(&log, 200, |i| {
+        let throttle = if i < 100 {
+            0.5
+        } else {
+            0.3 + 0.005 * (i - 100) as f64
+        };
+        format!("{},{throttle},5", 0.01 * (i % 100) as f64)
+    });
+    let card = folder.path().join("card.toml");
+    for more in [vec![], vec![Path::new("--out"), &card]] {
+        let mut paths = vec![log.as_path()];
+        paths.extend(more);
+        let output = run(words(&["identify", "thrust"], &paths));
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(
+            told.contains("100 of 200 rows repeat a stamp and were dropped"),
+            "{told}"
+        );
+        assert!(
+            told.contains("time_s goes back once and runs on from there, first at row 100"),
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn regress_several_load_cells_are_named_where_no_thrust_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("stand.csv");
+    let rows: String = (0..200)
+        .map(|i| format!("{},{},{i},{i}\n", 0.01 * f64::from(i), f64::from(i) / 200.0))
+        .collect();
+    std::fs::write(
+        &log,
+        format!("time_s,throttle,Thrust1 [g],Thrust2 [g]\n{rows}"),
+    )
+    .unwrap();
+    let told = text(&run(words(&["identify", "thrust"], &[&log])).stderr);
+    assert!(
+        told.contains("but several look like it") && told.contains("remove the # of one line"),
+        "{told}"
+    );
+}
+
+#[test]
 fn prop_losses_are_told_by_the_exit_status() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.csv");

@@ -55,10 +55,16 @@ fn other_name(log: &Log, map: Option<&Map>) -> Option<Error> {
         Some(_) => return None,
     };
     let suggested = seen.suggested_map?;
-    let mut lines = suggested.lines();
-    let line = lines.find(|line| line.starts_with("thrust_n = "))?;
-    let line = line.split("  #").next()?;
     let path = log.path.display();
+    let find = |start: &str| suggested.lines().find(|line| line.starts_with(start));
+    let Some(line) = find("thrust_n = ") else {
+        find("# thrust_n = ")?;
+        return Some(Error::Arguments(format!(
+            "{path}: no column is `thrust_n`, but several look like it. `touchdown inspect {path}` prints a map with a line for each \
+             choice: save it, remove the # of one line, and pass it with --map"
+        )));
+    };
+    let line = line.split("  #").next()?;
     Some(Error::Arguments(format!(
         "{path}: no column is `thrust_n`, but one looks like it. `touchdown inspect {path}` prints a map with {line}: save it, and \
          pass it with --map"

@@ -98,16 +98,18 @@ impl Job<'_> {
         self.context.stage("fitting", 1);
         let paths = &self.common.logs;
         let command_out = card.display().to_string();
-        let (fit, result) = self.fit(&load::trials(&logs), paths, &command_out, flights)?;
+        let fitted = self.fit(&load::trials(&logs), paths, &command_out, flights);
+        let (fit, result) = fitted.inspect_err(|_| {
+            let of_logs = logs.iter().flat_map(Log::warnings_by_log);
+            self.warn(&load::once(of_logs));
+        })?;
         write_card(self.context, card, &fit.card)?;
         let dropped = load::rows_dropped(&logs);
         let mut fitted = Fitted::of(load::label(paths), &fit, Some(card), dropped);
         fitted.flight = result;
         let of_logs = logs.iter().flat_map(Log::warnings_by_log);
         fitted.warnings.extend(load::once(of_logs));
-        for warning in &fitted.warnings {
-            self.context.warn(warning);
-        }
+        self.warn(&fitted.warnings);
         self.context.finish();
         self.context.object(&fitted);
         self.say(&[Outcome::Fitted(fitted)]);
@@ -180,9 +182,7 @@ impl Job<'_> {
             1 => warnings.into_iter().map(|(_, warning)| warning).collect(),
             _ => load::once(warnings),
         };
-        for warning in &warnings {
-            self.context.warn(warning);
-        }
+        self.warn(&warnings);
         if let Some(folder) = folder {
             self.write(folder, &pages_of, &outcomes)?;
         }
@@ -202,17 +202,33 @@ impl Job<'_> {
         let logs = load::logs(self.context, &self.common.logs, self.map)?;
         self.context.stage("fitting", logs.len() as u64);
         let fit = |(log, name): (Result<Log>, &String)| {
-            let log = log?;
+            let log = log.map_err(|error| (Vec::new(), error))?;
             let of_flight = flights::is_flight(&log);
-            let log = flights::thrust_of_flight(log, self.settings, self.map)?;
+            let log = flights::thrust_of_flight(log, self.settings, self.map)
+                .map_err(|error| (Vec::new(), error))?;
             let (trials, paths) = (from_ref(&log.trial), from_ref(&log.path));
             let fit = self.fit(trials, paths, &card_file(name), of_flight);
             self.context.step();
-            let (mut made, flight) = fit?;
+            let (mut made, flight) = fit.map_err(|error| (log.warnings_by_log(), error))?;
             made.card.name.clone_from(name);
             Ok((log, (made, flight)))
         };
-        Ok(logs.into_par_iter().zip(names).map(fit).collect())
+        type Failed = (Vec<(PathBuf, String)>, Error);
+        let fits: Vec<std::result::Result<_, Failed>> =
+            logs.into_par_iter().zip(names).map(fit).collect();
+        // What was dropped from a log often explains why nothing can be fitted.
+        let failed = fits.iter().filter_map(|fit| fit.as_ref().err());
+        self.warn(&load::once(
+            failed.flat_map(|(warnings, _)| warnings.clone()),
+        ));
+        let without = |fit: std::result::Result<_, Failed>| fit.map_err(|(_, error)| error);
+        Ok(fits.into_iter().map(without).collect())
+    }
+
+    fn warn(&self, warnings: &[String]) {
+        for warning in warnings {
+            self.context.warn(warning);
+        }
     }
 
     /// Writes cards, tables, figures and the report.
