@@ -128,15 +128,14 @@ mod tests {
 
     #[test]
     fn analytic_noise_beyond_the_belief_is_told_with_both_keys() {
-        assert!(warnings("trials = 1\n").is_empty());
+        assert!(warnings("[grid]\nground_effect_strength = [0.5, 1.0]\n").is_empty());
         let range = "[grid]\n\"sensors.range.noise_sd_m\" = [0.005, 0.05]\n";
         let told = warnings(range);
         assert_eq!(told.len(), 1, "{told:?}");
         assert!(told[0].contains(
             "sensors.range.noise_sd_m = 0.05, control.relative.range.noise_sd_m = 0.005"
         ));
-        let both = "[scenario]\nsensors = { range = { noise_sd_m = 0.05 } }\n\
-            control = { relative = { range = { noise_sd_m = 0.05 } } }\n";
+        let both = "[grid]\n\"sensors.range.noise_sd_m\" = [0.05]\n\"control.relative.range.noise_sd_m\" = [0.05]\n";
         assert!(warnings(both).is_empty());
         let unused =
             "[scenario]\nsensors = { with_gnss = false, gnss = { horizontal_sd_mps = 0.5 } }\n";
