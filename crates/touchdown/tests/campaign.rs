@@ -370,3 +370,20 @@ fn prop_the_printed_sweep_is_flown() {
     assert_eq!(results["points"].as_array().unwrap().len(), 8);
     assert!(out.join("figures/success.svg").exists());
 }
+
+#[test]
+fn regress_landings_that_time_out_are_told_with_their_phase() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "trials = 2\n\n[grid]\ntimeout_s = [8.0, 80.0]\n";
+    let sweep = sweep(folder.path(), text);
+    let run = touchdown(&[], &sweep, &folder.path().join("out"))
+        .stdout(Stdio::piped())
+        .output()
+        .unwrap();
+    assert!(run.status.success());
+    let said = common::text(&run.stdout);
+    // A landing from the default start is near the deck after 8 s.
+    let line = "none of 2 landings at timeout_s 8.0 landed: 2 timed out in phase commit";
+    assert!(said.contains(line), "{said}");
+    assert!(!said.contains("timeout_s 80.0 did"), "{said}");
+}

@@ -202,27 +202,28 @@ impl Job<'_> {
         let logs = load::logs(self.context, &self.common.logs, self.map)?;
         self.context.stage("fitting", logs.len() as u64);
         let fit = |(log, name): (Result<Log>, &String)| {
-            let log = log.map_err(|error| (Vec::new(), error))?;
-            let of_flight = flights::is_flight(&log);
-            let log = flights::thrust_of_flight(log, self.settings, self.map)
-                .map_err(|error| (Vec::new(), error))?;
+            let of_flight = log.as_ref().is_ok_and(flights::is_flight);
+            let log = log.and_then(|log| flights::thrust_of_flight(log, self.settings, self.map));
+            let log = match log {
+                Ok(log) => log,
+                Err(error) => return (Vec::new(), Err(error)),
+            };
             let (trials, paths) = (from_ref(&log.trial), from_ref(&log.path));
             let fit = self.fit(trials, paths, &card_file(name), of_flight);
             self.context.step();
-            let (mut made, flight) = fit.map_err(|error| (log.warnings_by_log(), error))?;
-            made.card.name.clone_from(name);
-            Ok((log, (made, flight)))
+            match fit {
+                Ok((mut made, flight)) => {
+                    made.card.name.clone_from(name);
+                    (Vec::new(), Ok((log, (made, flight))))
+                }
+                Err(error) => (log.warnings_by_log(), Err(error)),
+            }
         };
-        type Failed = (Vec<(PathBuf, String)>, Error);
-        let fits: Vec<std::result::Result<_, Failed>> =
-            logs.into_par_iter().zip(names).map(fit).collect();
+        let fits = logs.into_par_iter().zip(names).map(fit);
+        let (of_failed, fits): (Vec<_>, Vec<_>) = fits.unzip();
         // What was dropped from a log often explains why nothing can be fitted.
-        let failed = fits.iter().filter_map(|fit| fit.as_ref().err());
-        self.warn(&load::once(
-            failed.flat_map(|(warnings, _)| warnings.clone()),
-        ));
-        let without = |fit: std::result::Result<_, Failed>| fit.map_err(|(_, error)| error);
-        Ok(fits.into_iter().map(without).collect())
+        self.warn(&load::once(of_failed.into_iter().flatten()));
+        Ok(fits)
     }
 
     fn warn(&self, warnings: &[String]) {
