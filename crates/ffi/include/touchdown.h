@@ -30,7 +30,7 @@
 // Size of the name of a setting, with its final zero.
 #define TD_SETTING_NAME_SIZE 64
 
-// Size of the text of what is expected, with its final zero.
+// Size of `expected` of a setting, with its final zero.
 #define TD_SETTING_EXPECTED_SIZE 96
 
 // Size of the memory of a `td_vertical` on every target, bytes; `td_vertical_size` returns that

@@ -37,7 +37,7 @@ pub enum td_error {
 
 /// Size of the name of a setting, with its final zero.
 pub const TD_SETTING_NAME_SIZE: usize = 64;
-/// Size of the text of what is expected, with its final zero.
+/// Size of `expected` of a setting, with its final zero.
 pub const TD_SETTING_EXPECTED_SIZE: usize = 96;
 
 /// The first setting that is not usable; both texts are empty without such an error.

@@ -7,8 +7,8 @@ use touchdown_sim::landing::space::SpaceScenario;
 use super::points::Sweep;
 use crate::error::Result;
 
-/// Noise over what is believed of it from which it is told. The gate of the estimator stands at five standard deviations: of
-/// readings with twice the noise it refuses one in 80, of readings with three times the noise one in ten.
+/// Ratio of a sensor's noise to the believed noise above which there is a warning. The estimator refuses readings beyond five
+/// standard deviations. With twice the noise that is one reading in 80, with three times the noise one in ten.
 const TOLD: f64 = 2.0;
 
 /// A sensor's noise and the belief: their keys and values.

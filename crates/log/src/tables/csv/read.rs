@@ -243,7 +243,7 @@ impl PartReader<'_> {
         for (column, cell) in self.columns.iter_mut().zip(&cells) {
             let kind = classify(cell, delimiter != b',');
             texts += usize::from(kind == Cell::Text);
-            // A dash is the unit of what has none.
+            // In a row of units, a column without a unit has a dash.
             filled += usize::from(!cell.iter().all(|&byte| byte == b'-'));
             self.reading.comma_numbers += usize::from(matches!(kind, Cell::CommaNumber(_)));
             column.push(position, kind, cell);
