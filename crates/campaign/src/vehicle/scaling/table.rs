@@ -1,11 +1,11 @@
 //! The scaling law of every setting that depends on the vehicle.
 
-use super::law::Scale::{AtLeast, AtMost, Delayed, Electronics, Vehicle};
+use super::law::Scale::{AtLeast, AtMost, AtMostAs, Delayed, Electronics, Vehicle};
 use super::law::{
     ACCELERATION_WALK, ANGULAR_ACCELERATION, ARM, Entry, FORCE, FORCE_PER_LENGTH, FORCE_PER_SPEED,
-    FORCE_PER_TIME, FORCE_SQUARED, INERTIA, LENGTH, LINEAR_DRAG, LINEAR_LOSS, MASS, MOMENTUM,
-    PER_LENGTH, PER_SPEED, POSITION_WALK, QUADRATIC_DRAG, QUADRATIC_LOSS, RATE, RATE_SQUARED,
-    SPEED, SPEED_WALK, TIME, entry,
+    FORCE_PER_TIME, FORCE_PER_TIME_ON_ONE_FOOT, FORCE_SQUARED, INERTIA, LENGTH, LINEAR_DRAG,
+    LINEAR_LOSS, MASS, MOMENTUM, PER_LENGTH, PER_SPEED, POSITION_WALK, QUADRATIC_DRAG,
+    QUADRATIC_LOSS, RATE, RATE_SQUARED, SPEED, SPEED_WALK, TIME, entry,
 };
 
 /// Keys of a scenario with their laws. A key that is not here does not depend on the vehicle: angles, shares,
@@ -107,7 +107,11 @@ pub(super) const TABLE: &[Entry] = &[
     entry("control.adapting.prior_n2", FORCE_SQUARED, Vehicle),
     entry("control.adapting.baseline_s", TIME, Vehicle),
     entry("control.guidance.climb_mps", SPEED, Vehicle),
-    entry("control.guidance.idle_n_per_s", FORCE_PER_TIME, Vehicle),
+    entry(
+        "control.guidance.idle_n_per_s",
+        FORCE_PER_TIME,
+        AtMostAs(FORCE_PER_TIME_ON_ONE_FOOT),
+    ),
     entry("control.guidance.press_m", LENGTH, Vehicle),
     entry("control.guidance.sensing_s", TIME, Vehicle),
     entry("control.guidance.acting_s", TIME, Vehicle),

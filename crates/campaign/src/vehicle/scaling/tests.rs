@@ -1,3 +1,5 @@
+use touchdown_sim::air::wind::{DrydenSettings, WindSettings};
+use touchdown_sim::deck::rigid::SeaSettings;
 use touchdown_sim::landing::space::{Case, SpaceLander, SpaceLanding};
 
 use super::*;
@@ -172,6 +174,48 @@ fn analytic_gains_of_a_small_vehicle_follow_by_half_the_power() {
         close(own.k_i / standard.k_i, mass * radius.powf(-2.0 * power));
         close(own.integral_limit_n / standard.integral_limit_n, mass);
     }
+}
+
+#[test]
+fn analytic_feet_of_larger_vehicles_come_down_no_faster() {
+    let standard = SpaceScenario::default();
+    for preset in PRESETS {
+        let of = of_preset(preset.name);
+        let own = scaled(&standard, &of, &|_| false).unwrap();
+        let idle = |scenario: &SpaceScenario| scenario.control.guidance.idle_n_per_s;
+        let rate = idle(&own) / idle(&standard) / of.mass;
+        if of.radius < 1.0 {
+            // By similarity, as its crash speed. Rounding only, here and below.
+            assert!(
+                (rate * of.radius.sqrt() - 1.0).abs() < 1e-12,
+                "{}",
+                preset.name
+            );
+        } else {
+            // h = ṡ t³/6 and v = ṡ t²/2 of a height that is as the arm.
+            let speed = rate * (of.arm / rate).cbrt().powi(2);
+            assert!((speed - 1.0).abs() < 1e-12, "{}: {speed}", preset.name);
+        }
+    }
+}
+
+#[test]
+fn regress_fifteen_kilograms_land_in_wind() {
+    let wind = WindSettings {
+        steady_mps: [10.0, 0.0, 0.0],
+        dryden: Some(DrydenSettings::low_altitude(3.0, 10.0).expect("a wind")),
+        ..WindSettings::default()
+    };
+    let scenario = SpaceScenario {
+        deck: RigidMotion::Sea(SeaSettings::default()),
+        wind,
+        timeout_s: 150.0,
+        ..SpaceScenario::default()
+    };
+    let scenario = scaled(&scenario, &of_preset("quadrotor_15kg"), &|_| false).unwrap();
+    // By similarity alone, 2 of these 10 crash: they fall from one foot onto the others.
+    let landed = (0..10).filter(|&trial| flown(&scenario, trial).outcome.landed());
+    assert_eq!(landed.count(), 10);
 }
 
 #[test]

@@ -87,7 +87,7 @@ pub struct Touch {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Impact {
     /// Greatest speed of the reference point towards the deck, along its normal, in the
-    /// step in which a first foot comes down, m/s; 0 where it never approached.
+    /// step in which a foot comes down, m/s; 0 where it never approached.
     pub speed_mps: f64,
     /// Greatest tilt from the deck's normal with a foot on the deck, rad.
     pub tilt_rad: f64,

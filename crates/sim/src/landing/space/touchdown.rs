@@ -30,8 +30,8 @@ pub(super) struct DeckState {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TouchdownJudge {
     pub(super) log: ContactLog,
-    /// Whether a foot was on the deck at the step before.
-    was_down: bool,
+    /// Feet on the deck at the step before.
+    were_down: u32,
     impact: Option<Impact>,
 }
 
@@ -51,12 +51,13 @@ impl TouchdownJudge {
         let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
         let down = self.log.feet_down > 0;
         if down {
-            // The speed before the legs slowed the vehicle, and that of a crash in any case.
+            // The speed before the legs slowed the vehicle, of each foot that comes down, and that of a crash in any case.
             let crashes = crash.class(-now.before_mps) == TouchClass::Crash;
-            let speed_mps = if self.was_down && !crashes {
-                0.0
-            } else {
+            let comes_down = self.log.feet_down > self.were_down;
+            let speed_mps = if comes_down || crashes {
                 (-now.before_mps).max(0.0)
+            } else {
+                0.0
             };
             let so_far = self.impact.unwrap_or(Impact {
                 speed_mps: 0.0,
@@ -67,7 +68,7 @@ impl TouchdownJudge {
                 tilt_rad: so_far.tilt_rad.max(now.tilt_rad),
             });
         }
-        self.was_down = down;
+        self.were_down = self.log.feet_down;
         if down && crash.class(-now.before_mps) == TouchClass::Crash {
             return crashed(CrashCause::Speed);
         }
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_an_impact_is_the_hardest_step_in_which_a_first_foot_comes_down() {
+    fn prop_an_impact_is_the_hardest_step_in_which_a_foot_comes_down() {
         let of = |speed_mps, tilt_rad| {
             Some(Impact {
                 speed_mps,
@@ -162,22 +163,27 @@ mod tests {
         };
         let air = (0, standing(0.9, 0.3));
         assert_eq!(judged(&[air]), (None, None));
-        // Neither the air counts, nor the speed of a further foot; tilt does.
+        // The air does not count, nor a step in which no foot comes down, but for its tilt.
         let touch = (1, standing(0.2, 0.01));
-        let further = (3, standing(0.4, 0.05));
-        assert_eq!(judged(&[air, touch, further]), (None, of(0.2, 0.05)));
+        let sinking = (1, standing(0.4, 0.05));
+        assert_eq!(judged(&[air, touch, sinking]), (None, of(0.2, 0.05)));
+        // The fall onto further feet counts, one foot that leaves the deck does not.
+        let further = (3, standing(0.35, 0.02));
+        let leaves = (2, standing(0.38, 0.02));
+        let fall = [air, touch, sinking, further, leaves];
+        assert_eq!(judged(&fall), (None, of(0.35, 0.05)));
         // A bounce is a separate contact. A rising vehicle has no speed towards the deck.
         let bounce = (1, standing(0.3, 0.02));
-        let all = [touch, further, air, bounce];
+        let all = [touch, sinking, air, bounce];
         assert_eq!(judged(&all), (None, of(0.3, 0.05)));
         assert_eq!(judged(&[(1, standing(-0.2, 0.0))]), (None, of(0.0, 0.0)));
-        // A fall onto further feet that is a crash has its speed.
+        // A crash has its speed, with a foot that comes down or without.
         let fast = SpaceScenario::default().crash.speed_mps + 0.01;
         let crash = Some(SpaceOutcome::Crashed {
             cause: CrashCause::Speed,
         });
         assert_eq!(
-            judged(&[touch, (2, standing(fast, 0.01))]),
+            judged(&[touch, (1, standing(fast, 0.01))]),
             (crash, of(fast, 0.01))
         );
     }
