@@ -18,7 +18,8 @@
 //! | losses of the motors | 1/√T, 1/T | thrust at every throttle follows the greatest |
 //!
 //! Electronics do not follow: rates, latencies and noise of inertial units stay. Errors of range finders follow
-//! smaller vehicles only, and times that the deck sets follow larger ones only.
+//! smaller vehicles only, and times that the deck sets follow larger ones only. On the deck the thrust of a larger vehicle decreases
+//! more slowly than by similarity, so that its feet come down no faster.
 
 mod law;
 mod table;
