@@ -5,7 +5,7 @@ use crate::error::Result;
 
 impl Sweep {
     /// The airspeeds up to which the vehicle of the first windy point can land, and how many points have more
-    /// air (mean and two standard deviations), in a line; none in calm air above a deck that does not travel. Random
+    /// air (mean, gust and two standard deviations), in a line; none in calm air above a deck that does not travel. Random
     /// draws are not counted.
     ///
     /// # Errors
@@ -38,9 +38,9 @@ impl Sweep {
                 format!("{most:.1}")
             };
             format!(
-                "air with two standard deviations: {of} m/s. Weight and drag need 0.9 of the greatest thrust at {:.1} m/s: \
-                 {beyond} of {} points have more, where giving up is right. No descent begins beyond {:.1} m/s \
-                 (control.lander.wind_slope)",
+                "horizontal air with gusts and two standard deviations: {of} m/s. Weight and drag need 0.9 of the greatest thrust at {:.1} m/s: \
+                 {beyond} of {} points have more, where giving up is right. No descent begins beyond {:.1} m/s, \
+                 by the tilt (control.lander.wind_slope, control.horizontal.tilt_limit_rad)",
                 limits.thrust_mps,
                 self.points(),
                 limits.descent_mps,

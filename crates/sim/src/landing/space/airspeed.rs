@@ -13,8 +13,9 @@ pub struct Airspeeds {
     /// At which weight W and horizontal drag D need [`THRUST_SHARE`] of the greatest thrust:
     /// `√(W² + D²) = 0.9 T_max`. Giving up in more air is right.
     pub thrust_mps: f64,
-    /// Beyond which the landing computer begins no descent: the trim leans by more than
-    /// `lander.wind_slope`.
+    /// Beyond which no descent begins: the trim leans by more than `lander.wind_slope`, or by more than the
+    /// controller may lean, which is `horizontal.tilt_limit_rad` or the tilt at which [`THRUST_SHARE`] of
+    /// the greatest thrust carries the weight.
     pub descent_mps: f64,
 }
 
@@ -30,7 +31,10 @@ impl SpaceScenario {
         let most = THRUST_SHARE * thrust_to_weight(&plant)?;
         let horizontal_n = weight_n * (most * most - 1.0).max(0.0).sqrt();
         // Drag acts in the rotors' plane, by the air u that passes in it: W sin α = D(u), u = V cos α.
-        let slope = self.control.state_machine.wind_slope;
+        let control = &self.control;
+        let by_tilt = control.horizontal.tilt_limit_rad.tan();
+        let by_thrust = horizontal_n / weight_n;
+        let slope = control.state_machine.wind_slope.min(by_tilt).min(by_thrust);
         let sine = slope / slope.hypot(1.0);
         let in_plane_mps = self.airspeed_of_drag(weight_n * sine);
         Ok(Airspeeds {
@@ -49,31 +53,41 @@ impl SpaceScenario {
         2.0 * drag_n / (c1 + (c1 * c1 + 4.0 * c2 * drag_n).sqrt())
     }
 
-    /// The horizontal air that passes a vehicle above the deck, m/s: the steady wind less the velocity
-    /// of a deck under way (the sum of both speeds where it turns), and two standard deviations of the
-    /// turbulence.
+    /// The horizontal air that passes a vehicle above the deck, m/s: the steady wind, with the gust at its
+    /// height where that is more, less the velocity of a deck under way (the sum of both speeds where
+    /// it turns), and two standard deviations of the turbulence. The wake of a deckhouse adds nothing: it
+    /// takes more from the mean than its turbulence gives back.
     #[must_use]
     pub fn passing_air_mps(&self) -> f64 {
         let [x, y, _] = self.wind.steady_mps;
-        let course = &self.course;
-        let steady_mps = if course.turn_rad_per_s > 0.0 {
-            x.hypot(y) + course.speed_mps
-        } else {
-            let (sin, cos) = course.heading_rad.sin_cos();
-            (x - course.speed_mps * cos).hypot(y - course.speed_mps * sin)
-        };
+        let steady_mps = self.passing_mean_mps([x, y]);
+        let mean_mps = self.wind.gust.map_or(steady_mps, |gust| {
+            let [along, across, _] = gust.velocity_mps;
+            steady_mps.max(self.passing_mean_mps([x + along, y + across]))
+        });
         let turbulence = self.wind.dryden.map_or(0.0, |dryden| {
             let [along, across, _] = dryden.intensity_mps;
             along.max(across)
         });
-        steady_mps + 2.0 * turbulence
+        mean_mps + 2.0 * turbulence
+    }
+
+    /// A horizontal wind less the velocity of the deck, m/s.
+    fn passing_mean_mps(&self, [x, y]: [f64; 2]) -> f64 {
+        let course = &self.course;
+        if course.turn_rad_per_s > 0.0 {
+            x.hypot(y) + course.speed_mps
+        } else {
+            let (sin, cos) = course.heading_rad.sin_cos();
+            (x - course.speed_mps * cos).hypot(y - course.speed_mps * sin)
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::air::wind::DrydenSettings;
+    use crate::air::wind::{DrydenSettings, GustSettings};
 
     #[test]
     fn analytic_the_trim_at_the_limits() {
@@ -89,6 +103,37 @@ mod tests {
         let tilt = scenario.control.state_machine.wind_slope.atan();
         let balance = weight_n * tilt.sin() - drag_n(found.descent_mps * tilt.cos());
         assert!(balance.abs() < 1e-13 * weight_n);
+    }
+
+    #[test]
+    fn analytic_the_descent_ends_where_the_controller_may_not_lean() {
+        let mut scenario = SpaceScenario::default();
+        let tilt = |scenario: &SpaceScenario| {
+            // The trim at the descent's airspeed, solved by W sin α = D(V cos α).
+            let found_mps = scenario.greatest_airspeeds().unwrap().descent_mps;
+            let weight_n = scenario.plant.weight_n();
+            let (c1, c2) = (scenario.body.drag_ns_per_m, scenario.body.drag_ns2_per_m2);
+            let (mut low, mut high) = (0.0_f64, 1.5);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let u = found_mps * middle.cos();
+                if weight_n * middle.sin() < (c1 + c2 * u) * u {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            low
+        };
+        // Bisection of 60 halves.
+        scenario.control.horizontal.tilt_limit_rad = 0.3;
+        assert!((tilt(&scenario) - 0.3).abs() < 1e-12);
+        // A heavier vehicle leans less, for 0.9 of its thrust holds it up: cos α = 1/(0.9 T/W).
+        scenario.control.horizontal.tilt_limit_rad = 0.7;
+        scenario.plant.mass_kg *= 1.2;
+        let most = 0.9 * thrust_to_weight(&scenario.plant).unwrap();
+        assert!(most > 1.0 && (1.0 / most).acos() < 0.5);
+        assert!((tilt(&scenario) - (1.0 / most).acos()).abs() < 1e-12);
     }
 
     #[test]
@@ -119,6 +164,18 @@ mod tests {
             length_m: [30.0, 30.0, 3.0],
             passing_mps: 5.0,
         });
+        assert!((scenario.passing_air_mps() - 13.0).abs() < 1e-14);
+        // A gust of 5 m/s in the wind's direction adds its own; one against it leaves the steady wind.
+        let mut gust = GustSettings {
+            velocity_mps: [3.0, 4.0, 1.0],
+            start_s: 4.0,
+            rise_s: 1.0,
+            hold_s: 0.0,
+        };
+        scenario.wind.gust = Some(gust);
+        assert!((scenario.passing_air_mps() - 18.0).abs() < 1e-14);
+        gust.velocity_mps = [-3.0, -4.0, 0.0];
+        scenario.wind.gust = Some(gust);
         assert!((scenario.passing_air_mps() - 13.0).abs() < 1e-14);
     }
 }
