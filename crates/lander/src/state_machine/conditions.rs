@@ -64,6 +64,9 @@ const HELD_M: f64 = 0.05;
 /// that leans presses with one foot before it is down; 200 landings on a car at 10 m/s are the same with it.
 const PRESSED: f64 = 4.0;
 
+/// Thrust over weight at which the rotors stop in any attitude.
+const ALMOST_OFF: f64 = 0.1;
+
 /// `value` lies in [0, limit]; NaN does not.
 fn up_to<R: Real>(value: R, limit: R) -> bool {
     value >= R::ZERO && value <= limit
@@ -162,6 +165,8 @@ impl<R: Real> StateMachine<R> {
             && seen.lateral_speed_mps.is_finite();
         let idle = seen.thrust_share <= self.idle_thrust_share;
         let carried = idle && seen.load_factor >= self.supported_load_factor;
+        // Who leans on one foot falls onto the others when the rotors stop.
+        let down = seen.foot_drop_m <= self.leaning_m || seen.thrust_share <= r(ALMOST_OFF);
         let held = carried && seen.in_calm() && blind.is_none() && self.as_low(seen, r(HELD_M));
         Conditions {
             blind,
@@ -184,9 +189,9 @@ impl<R: Real> StateMachine<R> {
             resting: touching || (resting && seen.foot_drop_m > self.leaning_m),
             low,
             supported,
-            slides: slides && (carried || seen.contact == Some(true)),
+            slides: down && slides && (carried || seen.contact == Some(true)),
             held,
-            evidence: held || (touching && (carried || seen.contact == Some(true))),
+            evidence: down && (held || (touching && (carried || seen.contact == Some(true)))),
             unsupported: idle
                 && seen.load_factor < self.supported_load_factor
                 && seen.contact != Some(true),

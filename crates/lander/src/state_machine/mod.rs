@@ -89,7 +89,9 @@
 //!   and one of two. Either the contact switch is closed, or the
 //!   thrust is at most `idle_thrust_share` of the weight while the IMU measures at least
 //!   `supported_load_factor`, so that something else carries the vehicle. *Not supported*:
-//!   the thrust is as low, but the IMU measures less. After a touch in a tilt, the fall onto
+//!   the thrust is as low, but the IMU measures less. While the lowest foot is more than `leaning_m`
+//!   below the others there is no evidence before the thrust is below a tenth of the weight: the
+//!   vehicle would fall when the rotors stop. After a touch in a tilt, the fall onto
 //!   the other feet is not counted.
 //! - *battery low*: no landing begins, so that the remaining energy can be used to fly
 //!   elsewhere. *Critical*: the energy does not suffice to fly elsewhere. Then the number

@@ -53,6 +53,42 @@ fn analytic_what_ends_a_touchdown() {
 }
 
 #[test]
+fn analytic_who_leans_on_one_foot_is_not_down() {
+    // Touched, with one foot a centimetre and a half lower than the others: the rotors run on while the thrust is
+    // above a tenth of the weight. Without the rule they stop 0.2 s after the thrust is below a half.
+    let mut flight = reach(Phase::Touchdown);
+    for _ in 0..200 {
+        let out = flight.step(|s| {
+            s.foot_drop_m = 0.015;
+            s.height_m = STANDING_M + 0.015;
+            s.thrust_share = 0.11;
+            s.load_factor = 1.0;
+        });
+        assert_eq!(out.phase, Phase::Touchdown);
+    }
+    // Level within `leaning_m`, at the same thrust: 0.2 s of evidence.
+    let (out, after) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.foot_drop_m = 0.009;
+        s.height_m = STANDING_M + 0.009;
+        s.thrust_share = 0.11;
+        s.load_factor = 1.0;
+    });
+    assert_eq!(out.phase, Phase::Disarmed);
+    assert!((after - 0.2 - DT).abs() < 1.5 * DT, "{after}");
+
+    // Almost without thrust nothing lowers it any more.
+    let mut flight = reach(Phase::Touchdown);
+    let (out, after) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.foot_drop_m = 0.015;
+        s.height_m = STANDING_M + 0.015;
+        s.thrust_share = 0.09;
+        s.load_factor = 1.0;
+    });
+    assert_eq!(out.phase, Phase::Disarmed);
+    assert!((after - 0.2 - DT).abs() < 1.5 * DT, "{after}");
+}
+
+#[test]
 fn analytic_what_is_no_touchdown() {
     type Change = fn(&mut MachineInput<f64>);
     // Sliding, sinking, or above the deck: low as it is, it is not taken for one.
