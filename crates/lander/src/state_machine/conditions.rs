@@ -159,14 +159,12 @@ impl<R: Real> StateMachine<R> {
         let [soft, resting, supported] = self.on_deck(seen, blind.is_none());
         let touching = supported || soft;
         let low = blind.is_none() && self.as_low(seen, self.support_margin_m);
-        // In a strong wind a vehicle slides on its feet.
         let slides = low
             && seen.relative_velocity_mps.abs() <= r::<R>(2.0) * self.touchdown_speed_mps
             && seen.lateral_speed_mps.is_finite();
         let idle = seen.thrust_share <= self.idle_thrust_share;
         let carried = idle && seen.load_factor >= self.supported_load_factor;
-        // Who leans on one foot falls onto the others when the rotors stop.
-        let down = seen.foot_drop_m <= self.leaning_m || seen.thrust_share <= r(ALMOST_OFF);
+        let felt = self.is_down(seen) && (carried || seen.contact == Some(true));
         let held = carried && seen.in_calm() && blind.is_none() && self.as_low(seen, r(HELD_M));
         Conditions {
             blind,
@@ -189,9 +187,9 @@ impl<R: Real> StateMachine<R> {
             resting: touching || (resting && seen.foot_drop_m > self.leaning_m),
             low,
             supported,
-            slides: down && slides && (carried || seen.contact == Some(true)),
+            slides: slides && felt,
             held,
-            evidence: down && (held || (touching && (carried || seen.contact == Some(true)))),
+            evidence: (held && self.is_down(seen)) || (touching && felt),
             unsupported: idle
                 && seen.load_factor < self.supported_load_factor
                 && seen.contact != Some(true),
@@ -217,6 +215,11 @@ impl<R: Real> StateMachine<R> {
             (!up_to(seen.imu_age_s, self.imu_age_s), Reason::ImuStale),
             (unmeasured, Reason::RangeStale),
         ])
+    }
+
+    /// Whether the rotors may stop: a vehicle that leans on one foot would fall onto the others.
+    fn is_down(&self, seen: &MachineInput<R>) -> bool {
+        seen.foot_drop_m <= self.leaning_m || seen.thrust_share <= r(ALMOST_OFF)
     }
 
     /// Height of the hover over this deck, m.
