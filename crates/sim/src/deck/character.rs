@@ -1,6 +1,6 @@
 //! What a measured motion is: length, sampling, sea state, noise, and the peaks of the motion that will be flown.
 
-use std::f64::consts::{LN_2, TAU};
+use std::f64::consts::TAU;
 use std::fmt;
 
 use super::series::MotionSeries;
@@ -8,8 +8,6 @@ use super::spline::{cubic_rates, natural_cubic};
 
 /// Place of the heave among the coordinates.
 pub(crate) const HEAVE: usize = 2;
-/// Half width of the smoothing kernel, in its standard deviations: what lies beyond has 6e-5 of the weight.
-const REACH: f64 = 4.0;
 /// Standard deviations to the median of absolute values of a normal distribution.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Mean periods in a piece of the spectrum: it resolves a twentieth of the mean frequency. Half of it blurs swell and wind sea
@@ -17,8 +15,6 @@ const MEDIAN_OF_NORMAL: f64 = 0.6745;
 const PIECE_PERIODS: f64 = 20.0;
 /// Highest frequency of the spectrum over that of the mean period: seas have less than a thousandth of their variance beyond.
 pub(super) const HIGHEST_PER_MEAN: f64 = 5.0;
-/// Halvings of the interval in which a cutoff is searched: to a thousandth of it.
-const HALVINGS: usize = 10;
 
 /// The heave of a measured motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +122,7 @@ impl MotionSeries {
     }
 
     /// Median time between rows, s.
-    fn step_s(&self) -> f64 {
+    pub(super) fn step_s(&self) -> f64 {
         median(self.times_s().windows(2).map(|t| t[1] - t[0]).collect())
     }
 
@@ -218,62 +214,6 @@ impl MotionSeries {
         }
         spectrum
     }
-
-    /// The series without what is faster than a cutoff: each row becomes the mean of its neighbours, weighted by a
-    /// Gaussian of σ = √(ln 2) / (2π f), which halves the power at the cutoff f and shifts no phase. A sine of a
-    /// fifth of the cutoff loses 1.4 % of its amplitude; near the ends of the series the error is larger.
-    #[must_use]
-    pub fn smoothed(&self, cutoff_hz: f64) -> Self {
-        let sigma_s = LN_2.sqrt() / (TAU * cutoff_hz);
-        let times_s = self.times_s();
-        let (mut from, mut to) = (0, 0);
-        let mean = |row: usize| {
-            let at_s = times_s[row];
-            while times_s[from] < at_s - REACH * sigma_s {
-                from += 1;
-            }
-            while to < times_s.len() && times_s[to] <= at_s + REACH * sigma_s {
-                to += 1;
-            }
-            let (mut sum, mut weights) = ([0.0; 5], 0.0);
-            for near in from..to {
-                let weight = (-0.5 * ((times_s[near] - at_s) / sigma_s).powi(2)).exp();
-                weights += weight;
-                let value = self.values()[near];
-                (0..5).for_each(|axis| sum[axis] += weight * value[axis]);
-            }
-            sum.map(|sum| sum / weights)
-        };
-        let values = (0..self.rows()).map(mean).collect();
-        self.with_values(values)
-    }
-
-    /// The lowest cutoff (Hz) that takes away no more than the noise: the root mean square of what it takes from the
-    /// heave is the standard deviation of the noise (the discrepancy principle). A part of that is motion, so that the
-    /// significant height loses up to 4 standard deviations of the noise. Absent where there is no noise.
-    #[must_use]
-    pub fn cutoff_of_noise_hz(&self) -> Option<f64> {
-        let (noise_sd_m, step_s) = (self.noise_sd_m(), self.step_s());
-        let residual_m = |cutoff_hz: f64| {
-            let smooth = self.smoothed(cutoff_hz);
-            let pairs = self.values().iter().zip(smooth.values());
-            let sum: f64 = pairs.map(|(a, b)| (a[HEAVE] - b[HEAVE]).powi(2)).sum();
-            (sum / self.rows() as f64).sqrt()
-        };
-        let (mut low, mut high) = (10.0 / self.duration_s(), 0.5 / step_s);
-        if !(noise_sd_m > 0.0 && low < high) {
-            return None;
-        }
-        for _ in 0..HALVINGS {
-            let middle = (low * high).sqrt();
-            if residual_m(middle) > noise_sd_m {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Some(high)
-    }
 }
 
 #[cfg(test)]
@@ -363,17 +303,5 @@ mod tests {
             "{}",
             smooth.peak_acceleration_mps2()
         );
-    }
-
-    #[test]
-    fn analytic_power_is_halved_at_the_cutoff() {
-        // 0.125 Hz, far from the ends.
-        let smooth = swell(0.0).smoothed(0.125);
-        let most = smooth.values()[1000..3000]
-            .iter()
-            .map(|v| v[HEAVE])
-            .fold(0.0, f64::max);
-        // Rows lie 1/80 of a period apart, so the greatest is within 8e-4 of the peak; the kernel is cut at 4 σ.
-        assert!((most / 0.5 - 0.5_f64.sqrt()).abs() < 2e-3, "{most}");
     }
 }

@@ -14,6 +14,7 @@ pub mod rigid;
 pub mod series;
 pub mod ship;
 pub mod slow;
+mod smoothing;
 pub mod spline;
 pub mod wave;
 

@@ -11,9 +11,9 @@ const BLOCKS: f64 = 64.0;
 
 impl MotionSeries {
     /// The series without heave of longer periods than the given one, and the range of that slow part from its lowest to its
-    /// highest, m. The slow part is a straight line and the mean of the rest, weighted by the Gaussian of
-    /// [`MotionSeries::smoothed`]; without the line, a steady drift would remain near the ends. The whole series, and no
-    /// range, where the series is not longer than the period.
+    /// highest, m. The slow part is a straight line and the mean of the rest, weighted by a Gaussian that halves the power at
+    /// that period; without the line, a steady drift would remain near the ends. The whole series, and no range, where the series
+    /// is not longer than the period.
     #[must_use]
     pub fn without_slow_heave(&self, longest_period_s: f64) -> (Self, Option<f64>) {
         if !(longest_period_s < self.duration_s()) {
@@ -28,7 +28,7 @@ impl MotionSeries {
             .collect();
         let slow = self
             .of_blocks(&rest, longest_period_s / BLOCKS)
-            .smoothed(1.0 / longest_period_s)
+            .averaged(1.0 / longest_period_s)
             .spline();
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut values = self.values().to_vec();
