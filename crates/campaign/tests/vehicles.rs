@@ -94,11 +94,39 @@ fn prop_a_thrust_or_rotors_alone_make_another_vehicle() {
         "{more_n} {thrust_n}"
     );
     let (same_n, six_m) = of("trials = 1\n[vehicle]\nrotors = 6\n");
-    // The lever of six arms over that of four: (1/2 + 1 + 1/2)/3 times the root of two. Rounding only.
-    let lever = 2.0 / 3.0 * 2.0_f64.sqrt();
+    // Six arms of the standard length hold discs of 0.24 m 0.226 m apart; they are 1.05 times 0.24 m long. The lever of six
+    // over that of four: (1/2 + 1 + 1/2)/3 times the root of two. Rounding only.
+    let lever = 2.0 / 3.0 * 2.0_f64.sqrt() * 1.05 * 0.24 / (0.32 / 2.0_f64.sqrt());
     assert!(
         same_n == thrust_n && (six_m / spacing_m - lever).abs() < 1e-12,
         "{six_m}"
+    );
+    // A stated arm is kept.
+    let (_, short_m) = of("trials = 1\n[vehicle]\nrotors = 6\narm_m = 0.2\n");
+    assert!(short_m < spacing_m, "{short_m}");
+}
+
+#[test]
+fn prop_overlapping_discs_and_points_without_lift_are_told() {
+    let warnings = |text: &str| {
+        let sweep = sweep(text).unwrap();
+        let all = sweep.warnings().iter().cloned().chain(sweep.lift_warning());
+        all.collect::<Vec<String>>()
+    };
+    let eight = "trials = 1\n[vehicle]\nmass_kg = 25.0\nrotors = 8\nrotor_radius_m = 0.35\ngreatest_thrust_n = 490.0\n";
+    assert!(warnings(eight).is_empty());
+    let [told] = &warnings(&format!("{eight}arm_m = 0.66\n"))[..] else {
+        panic!("expected one warning");
+    };
+    // 2 · 0.66 m · sin 22.5°.
+    assert!(told.contains("0.505 m apart, discs 0.700 m wide"), "{told}");
+    // The standard vehicle has 1.52 times its weight; 1.9 kg have 1.10 times.
+    let [told] = &warnings("trials = 1\n[grid]\n\"plant.mass_kg\" = [1.37, 1.9]\n")[..] else {
+        panic!("expected one warning");
+    };
+    assert!(
+        told.contains("1 of 2 points") && told.contains("the least 1.10 times"),
+        "{told}"
     );
 }
 

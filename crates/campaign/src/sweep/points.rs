@@ -38,8 +38,8 @@ pub struct Sweep {
     deck: Option<RigidDeck>,
     /// What the measured motion is, in a line.
     motion: Option<String>,
-    /// What may be wrong with it.
-    motion_warnings: Vec<String>,
+    /// What may be wrong with it, or with the vehicle.
+    warnings: Vec<String>,
     /// What of the vehicle follows from `[vehicle]` and the thrust card, in a line.
     vehicle: Option<String>,
     pub(super) beside: FilesBeside,
@@ -139,7 +139,8 @@ impl Sweep {
             dynamic: dynamic.as_ref(),
         };
         let keys = std::mem::take(&mut settings.stated);
-        let vehicle = vehicle::put_into(&mut settings.scenario, &stated, of_vehicle, &keys, &bad)?;
+        let (vehicle, overlap) =
+            vehicle::put_into(&mut settings.scenario, &stated, of_vehicle, &keys, &bad)?;
         settings.vehicle = VehicleSettings::default();
         let axes = Axes::of(&settings, &bad)?;
         if axes.set_the_vehicle() {
@@ -149,7 +150,8 @@ impl Sweep {
         axes.check_size(settings.trials, &bad)?;
         let mut beside = FilesBeside::default();
         let mut deck = None;
-        let (mut motion, mut motion_warnings) = (None, Vec::new());
+        let mut motion = None;
+        let mut warnings: Vec<String> = overlap.into_iter().collect();
         if let Some(given) = &mut settings.series {
             if settings.scenario.deck != RigidMotion::default() || axes.set_the_deck() {
                 return Err(bad(
@@ -159,7 +161,8 @@ impl Sweep {
             }
             let measured = MeasuredDeck::read(given, folder)?;
             deck = Some(measured.deck);
-            (motion, motion_warnings) = (Some(measured.text), measured.warnings);
+            motion = Some(measured.text);
+            warnings.extend(measured.warnings);
             beside.series = Some(measured.bytes);
             given.file = SERIES.into();
         }
@@ -184,7 +187,7 @@ impl Sweep {
             random,
             deck,
             motion,
-            motion_warnings,
+            warnings,
             vehicle,
             beside,
             file,
@@ -222,10 +225,10 @@ impl Sweep {
         self.motion.as_deref()
     }
 
-    /// What may be wrong with the measured motion of the deck, a sentence each.
+    /// What may be wrong with the vehicle or the measured motion of the deck, a sentence each.
     #[must_use]
-    pub fn motion_warnings(&self) -> &[String] {
-        &self.motion_warnings
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// What of the simulated vehicle follows from `[vehicle]` and the thrust card, in a line.
@@ -337,11 +340,29 @@ impl Sweep {
     /// # Errors
     /// Values that make no scenario.
     pub fn scenario(&self, point: u64) -> Result<SpaceScenario> {
+        self.scenario_with(point, &[]).map(|(scenario, _)| scenario)
+    }
+
+    /// The scenario of a point with these values in place of draws, and all values that are set.
+    pub(super) fn scenario_with<'a>(
+        &'a self,
+        point: u64,
+        draws: &'a [Value],
+    ) -> Result<(SpaceScenario, Vec<(&'a str, &'a Value)>)> {
         let mut table = self.base.clone();
-        for (key, value) in self.values(point) {
+        let mut values = self.values(point);
+        for (key, value) in &values {
             self.set(&mut table, "grid", key, value)?;
         }
-        self.made(table, &self.values(point))
+        let drawn = self.random.iter().zip(draws);
+        for ((key, _), value) in drawn {
+            self.set(&mut table, "random", key, value)?;
+            values.push((key, value));
+        }
+        let scenario = table
+            .try_into()
+            .map_err(|e: toml::de::Error| self.at(&values, &TomlError::new("", &e)))?;
+        Ok((scenario, values))
     }
 
     pub(super) fn built(&self, point: u64, trial: u64) -> Result<SpaceLander> {
@@ -352,17 +373,7 @@ impl Sweep {
 
     /// The lander of a point with these values in place of draws.
     pub(super) fn built_with(&self, point: u64, draws: &[Value]) -> Result<SpaceLander> {
-        let mut table = self.base.clone();
-        let swept = self.values(point);
-        for (key, value) in &swept {
-            self.set(&mut table, "grid", key, value)?;
-        }
-        for ((key, _), value) in self.random.iter().zip(draws) {
-            self.set(&mut table, "random", key, value)?;
-        }
-        let mut values = swept;
-        values.extend(self.random.iter().map(|(key, _)| key.as_str()).zip(draws));
-        let scenario = self.made(table, &values)?;
+        let (scenario, values) = self.scenario_with(point, draws)?;
         SpaceLander::new(&scenario)
             .and_then(|lander| lander.with_camera_pipelines(crate::camera::pipelines()))
             .and_then(|lander| match &self.deck {
@@ -374,12 +385,6 @@ impl Sweep {
                 _ => Ok(lander),
             })
             .map_err(|e| self.at(&values, &e))
-    }
-
-    fn made(&self, table: Table, values: &[(&str, &Value)]) -> Result<SpaceScenario> {
-        table
-            .try_into()
-            .map_err(|e: toml::de::Error| self.at(values, &TomlError::new("", &e)))
     }
 
     /// Sets a key of a scenario. A policy is no controller of the landing computer: beside it the scenario's own stands by.

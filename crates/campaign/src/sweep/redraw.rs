@@ -86,6 +86,28 @@ impl Sweep {
         })
     }
 
+    /// Points of the grid whose true vehicle has a thrust over weight below 1.3, in a sentence. They are flown: what is swept is
+    /// meant.
+    #[must_use]
+    pub fn lift_warning(&self) -> Option<String> {
+        if !self.grid.iter().any(|(key, _)| of_lift(key)) {
+            return None;
+        }
+        let lifts = (0..self.points()).filter_map(|point| {
+            let swept = self.values(point).into_iter();
+            self.lift(swept.filter(|(key, _)| of_lift(key)))
+        });
+        let low: Vec<f64> = lifts
+            .filter(|lift| *lift < LEAST_THRUST_TO_WEIGHT)
+            .collect();
+        let least = low.iter().copied().reduce(f64::min)?;
+        Some(format!(
+            "{} of {} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.2} times",
+            low.len(),
+            self.points()
+        ))
+    }
+
     /// Thrust over weight of the true vehicle with these values.
     fn lift<'a>(&self, keys: impl Iterator<Item = (&'a str, &'a Value)>) -> Option<f64> {
         let part = |name: &str| Some((name.to_string(), self.base.get(name)?.clone()));

@@ -27,7 +27,7 @@ pub(super) struct VehicleCards<'a> {
 }
 
 /// Scales the scenario to the vehicle of `[vehicle]` and of the cards, and puts the motors of the thrust card into it.
-/// Returns what was done, in a line.
+/// Returns what was done, in a line, and what may be wrong.
 ///
 /// # Errors
 /// A mass or size that the scenario states, too; a deck that is scaled by nothing; fewer than three arms; a vehicle whose thrust
@@ -38,7 +38,7 @@ pub(super) fn put_into(
     cards: VehicleCards<'_>,
     stated: &StatedKeys,
     bad: &KeyError<'_>,
-) -> Result<Option<String>> {
+) -> Result<(Option<String>, Option<String>)> {
     let mut said = Vec::new();
     let given = vehicle.with_preset();
     conflicts(&given, stated, bad)?;
@@ -88,7 +88,8 @@ pub(super) fn put_into(
         );
         return Err(bad("vehicle", &expected));
     }
-    Ok((!said.is_empty()).then(|| said.join("; ")))
+    let warning = resized.then(|| given.overlap()).flatten();
+    Ok(((!said.is_empty()).then(|| said.join("; ")), warning))
 }
 
 /// A vehicle that `[vehicle]` and the scenario state apart.
@@ -133,9 +134,9 @@ fn text(scenario: &SpaceScenario, layout: RotorLayout) -> String {
         RotorLayout {
             rotors,
             coaxial: true,
-        } => format!(", {rotors} coaxial rotors"),
+        } => format!(", {rotors} coaxial rotors, simulated by four"),
         RotorLayout { rotors: 4, .. } => String::new(),
-        RotorLayout { rotors, .. } => format!(", {rotors} rotors"),
+        RotorLayout { rotors, .. } => format!(", {rotors} rotors, simulated by four"),
     };
     // Scaled values end in digits of rounding.
     let mass_kg = (plant.mass_kg * 1e6).round() / 1e6;

@@ -1,6 +1,6 @@
 //! Number and arrangement of rotors, and the four rotors that replace them in the simulation.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Thrust of a coaxial pair over that of two rotors apart, at the same power. The lower rotor works in the wake of the
 /// upper one, which raises the induced power by 1.28 (Leishman, Principles of Helicopter Aerodynamics, 2.15):
@@ -43,6 +43,12 @@ impl RotorLayout {
         } else {
             self.rotors
         }
+    }
+
+    /// Distance of neighbouring rotors' axes over the arm: 2 sin(π/n) of n arms, where there are at least three.
+    #[must_use]
+    pub fn spacing_of_arm(self) -> f64 {
+        2.0 * (PI / f64::from(self.arms().max(3))).sin()
     }
 
     /// Arm of the four rotors that roll and pitch as well with the same thrust in all, over the arm of these:

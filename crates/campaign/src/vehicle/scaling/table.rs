@@ -3,8 +3,8 @@
 use super::law::Scale::{AtLeast, AtMost, AtMostAs, Delayed, Electronics, Vehicle};
 use super::law::{
     ACCELERATION_WALK, ANGULAR_ACCELERATION, ARM, Entry, FORCE, FORCE_PER_LENGTH, FORCE_PER_SPEED,
-    FORCE_PER_TIME, FORCE_PER_TIME_ON_ONE_FOOT, FORCE_SQUARED, INERTIA, LENGTH, LINEAR_DRAG,
-    LINEAR_LOSS, MASS, MOMENTUM, PER_LENGTH, PER_SPEED, POSITION_WALK, QUADRATIC_DRAG,
+    FORCE_PER_TIME, FORCE_PER_TIME_ON_ONE_FOOT, FORCE_SQUARED, INERTIA, LEAST_OF_SIMILAR, LENGTH,
+    LINEAR_DRAG, LINEAR_LOSS, MASS, MOMENTUM, PER_LENGTH, PER_SPEED, POSITION_WALK, QUADRATIC_DRAG,
     QUADRATIC_LOSS, RATE, RATE_SQUARED, SPEED, SPEED_WALK, TIME, entry,
 };
 
@@ -110,7 +110,7 @@ pub(super) const TABLE: &[Entry] = &[
     entry(
         "control.guidance.idle_n_per_s",
         FORCE_PER_TIME,
-        AtMostAs(FORCE_PER_TIME_ON_ONE_FOOT),
+        AtMostAs(FORCE_PER_TIME_ON_ONE_FOOT, LEAST_OF_SIMILAR),
     ),
     entry("control.guidance.press_m", LENGTH, Vehicle),
     entry("control.guidance.sensing_s", TIME, Vehicle),

@@ -197,6 +197,15 @@ fn analytic_feet_of_larger_vehicles_come_down_no_faster() {
             assert!((speed - 1.0).abs() < 1e-12, "{}: {speed}", preset.name);
         }
     }
+    // Arms that are long for the rotors: at least 0.12 of the similar rate.
+    let of = Ratios {
+        arm: 3.5,
+        mass: 3.0,
+        ..Ratios::STANDARD
+    };
+    let own = scaled(&standard, &of, &|_| false).unwrap();
+    let rate = own.control.guidance.idle_n_per_s / standard.control.guidance.idle_n_per_s;
+    assert!((rate / 0.36 - 1.0).abs() < 1e-12, "{rate}");
 }
 
 #[test]
