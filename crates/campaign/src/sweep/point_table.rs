@@ -38,7 +38,7 @@ fn cells(point: &PointFigures, with_autopilot: bool) -> Result<Vec<(String, Stri
     }
     let object =
         serde_json::to_value(point).map_err(|e| Error::Arguments(format!("the summary: {e}")))?;
-    for share in ["landed", "landed_at_first", "crashed"] {
+    for share in ["landed", "hard", "landed_at_first", "crashed"] {
         let of = &object[share];
         cells.push((share.to_string(), of["count"].to_string()));
         cells.push((format!("{share}_share"), of["share"].to_string()));
@@ -49,6 +49,10 @@ fn cells(point: &PointFigures, with_autopilot: bool) -> Result<Vec<(String, Stri
         "crashed_without_abort".into(),
         point.figures.crashed_without_abort.to_string(),
     ));
+    for outcome in ["given_up", "timed_out"] {
+        let count = point.figures.outcomes.get(outcome).unwrap_or(&0);
+        cells.push((outcome.to_string(), count.to_string()));
+    }
     for name in [
         "t_l_s",
         "waited_s",

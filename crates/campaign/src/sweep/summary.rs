@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use touchdown_flight::thrust::LEAST_THRUST_TO_WEIGHT;
 use touchdown_sim::landing::space::CrashSettings;
 
 use super::points::Sweep;
@@ -204,6 +205,19 @@ pub struct CampaignResults {
     pub points: Vec<PointFigures>,
     /// The worst landings: crashes, then what did not land, then the hardest.
     pub worst: Vec<WorstLanding>,
+}
+
+impl CampaignResults {
+    /// How many draws were replaced, and why, in a sentence; none where none was.
+    #[must_use]
+    pub fn redrawn_text(&self) -> Option<String> {
+        (self.redrawn > 0).then(|| {
+            format!(
+                "{} draws were replaced: their true vehicle has a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times its weight",
+                self.redrawn
+            )
+        })
+    }
 }
 
 /// The figures of a whole campaign.

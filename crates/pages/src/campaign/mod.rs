@@ -79,6 +79,9 @@ pub fn campaign(
             random.join(", ")
         ));
     }
+    if let Some(text) = results.redrawn_text() {
+        page.text(format!("{text}."));
+    }
     pictures.try_for_each(|figure| page.figure(figure))?;
     page.report.section("The worst landings");
     page.text(format!(

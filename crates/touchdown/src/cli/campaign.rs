@@ -78,7 +78,7 @@ pub(crate) fn state(context: &Context, sweep: &Sweep) -> Result<()> {
     for text in [sweep.vehicle(), sweep.motion()].into_iter().flatten() {
         context.aside(text);
     }
-    for warning in sweep.motion_warnings() {
+    for warning in sweep.warnings().iter().chain(&sweep.lift_warning()) {
         context.warn(warning);
     }
     for warning in sweep.noise_warnings()? {
@@ -329,6 +329,7 @@ pub(crate) fn print_report(
     let mut lines = vec![table(results)];
     lines.extend(outcomes::not_flown(sweep, rows, results));
     lines.extend(outcomes::failures(sweep, rows, results));
+    lines.extend(results.redrawn_text());
     context.reported(&lines.join("\n"), out, results);
     Done::Whole
 }

@@ -278,7 +278,13 @@ impl SpaceLander {
             }
         }
         let mut landing = flight.landing;
-        landing.outcome = outcome.unwrap_or(SpaceOutcome::TimedOut);
+        // Who gave up just before the end of the time gave up.
+        let at_end = flight
+            .gave_up
+            .map_or(SpaceOutcome::TimedOut, |(_, reason)| {
+                SpaceOutcome::GivenUp { reason }
+            });
+        landing.outcome = outcome.unwrap_or(at_end);
         landing.last_phase = Some(flight.phase);
         landing.touch = flight.descending.and_then(|descending| descending.touch);
         landing.before_descent_s = flight
