@@ -19,5 +19,6 @@ mod space_decks;
 mod space_record;
 mod space_settings;
 mod under_way;
+mod unseen;
 mod weather;
 mod wind;

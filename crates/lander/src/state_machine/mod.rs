@@ -259,6 +259,20 @@ pub enum Maneuver<R> {
     Disarm,
 }
 
+impl<R> Maneuver<R> {
+    /// A flight that does not follow the deck.
+    pub(crate) fn is_in_the_world(&self) -> bool {
+        matches!(
+            self,
+            Self::ClimbAway
+                | Self::Hover {
+                    frame: Frame::World,
+                    ..
+                }
+        )
+    }
+}
+
 /// Output of a step of a [`StateMachine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -1,5 +1,6 @@
 //! A step of the landing computer.
 
+mod level;
 mod sensing;
 
 use crate::computer::support::Support;
@@ -39,6 +40,8 @@ struct Knowledge<R> {
     position: bool,
     /// The vehicle's own velocity is known.
     velocity: bool,
+    /// The vertical part of it is.
+    climb: bool,
     /// Age of the last sample of the inertial unit, s.
     unfelt_s: R,
 }
@@ -148,6 +151,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         Knowledge {
             position: self.knows_enough(state, estimate),
             velocity: self.moves_known(estimate),
+            climb: estimate.velocity_sd_mps.z <= self.known_sd_mps,
             unfelt_s: health.imu.age_s,
         }
     }
@@ -156,7 +160,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ///
     /// After the controller has started, velocities suffice; so they do where the deck is not
     /// seen at the start. The state machine gets the report that the position is not known and
-    /// orders a flight in the world's frame (in touchdown it holds or reduces the thrust).
+    /// orders a flight in the world's frame (in touchdown it holds or reduces the thrust). Of that flight the vertical part is flown
+    /// also by a vehicle that knows no more than how fast it climbs.
     fn fly(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -179,6 +184,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             self.fly_to(state, motion, target, dt)
         } else if (known && felt) || maneuver == Maneuver::Disarm {
             self.act(state, maneuver, reference.as_ref(), motion, dt)
+        } else if started && felt && knowledge.climb && maneuver.is_in_the_world() {
+            self.fly_level(state, maneuver, motion, dt)
         } else {
             let rises = !felt && knowledge.unfelt_s <= r(UNFELT_S + RISE_S);
             (Some(self.hover(state, motion, rises, dt)), None)
@@ -195,7 +202,16 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
         let yaw_rad = self.guidance.interrupt(&mut state.guidance, motion);
-        let target = Target { yaw_rad, ..target };
+        self.track(state, motion, Target { yaw_rad, ..target }, dt)
+    }
+
+    fn track(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        motion: &Motion<R>,
+        target: Target<R>,
+        dt: R,
+    ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
         let controller = self.started(&mut state.controller, motion, state.hover_throttle);
         let command = self.controller.step(controller, motion, &target, dt);
         (Some(command), Some(target))

@@ -199,8 +199,13 @@ impl<R: Real> Belief<R> {
         origin_m: &mut Option<R>,
     ) -> Fate<R> {
         let model = &filter.barometer;
-        let height = self.vertical.mean[H] - self.vertical.sd(H);
-        if !(height >= model.trusted_above_m) {
+        // A height that is not certain may be too low for a first reading. After that it is uncertain for the deck's motion, and the
+        // vehicle's own is known by the barometer alone.
+        let doubt = match origin_m {
+            Some(_) => R::ZERO,
+            None => self.vertical.sd(H),
+        };
+        if !(self.vertical.mean[H] - doubt >= model.trusted_above_m) {
             return Fate::Unusable;
         }
         let variance = model.noise_sd_m * model.noise_sd_m;

@@ -1,0 +1,40 @@
+//! Vehicles that see neither the deck nor satellites.
+
+use touchdown_lander::state_machine::Reason;
+use touchdown_sim::landing::space::{
+    FaultClock, SpaceLander, SpaceOutcome, SpaceScenario, TimeSpan,
+};
+
+#[test]
+fn prop_who_knows_only_how_fast_it_climbs_climbs_and_gives_up() {
+    let mut scenario = SpaceScenario {
+        timeout_s: 40.0,
+        ..SpaceScenario::default()
+    };
+    scenario.sensors.with_gnss = false;
+    scenario.faults.since = FaultClock::Start;
+    scenario.faults.tag_lost = vec![TimeSpan {
+        from_s: 0.0,
+        to_s: 1e3,
+    }];
+    let safe_m = scenario.control.state_machine.safe_height_m;
+    for wind_mps in [0.0, 3.0] {
+        scenario.wind.steady_mps = [wind_mps, 0.0, 0.0];
+        let lander = SpaceLander::new(&scenario).unwrap();
+        for trial in 0..4 {
+            let landing = lander.land(trial, 23, true).unwrap();
+            let reason = Some(Reason::TagLost);
+            assert_eq!(landing.outcome, SpaceOutcome::GivenUp { reason }, "{trial}");
+            let rows = landing.trace.unwrap().rows;
+            let late = rows.iter().filter(|row| row.time_s > 10.0);
+            let lowest_m = late.map(|row| row.position_m[2]).fold(f64::MAX, f64::min);
+            // The barometer holds it to a few decimetres.
+            assert!(lowest_m > safe_m - 0.5, "{trial}: {lowest_m} m");
+            // It keeps the trim that it started in, and drifts by errors of the attitude of up to 0.02 rad: the air's drag holds
+            // that below 1 m/s. A level vehicle drifts with the wind.
+            let end = rows.last().unwrap();
+            let drift_mps = end.velocity_mps[0].hypot(end.velocity_mps[1]);
+            assert!(drift_mps < 1.0, "{trial}: {drift_mps} m/s");
+        }
+    }
+}
