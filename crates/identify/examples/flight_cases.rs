@@ -1,5 +1,5 @@
 //! How often the intervals of a ground effect hold the truth where the flights are hard: vehicles of 30 g and 4 kg, throttles
-//! that are logged slowly or late, heights that are the autopilot's estimate, and decks that heave.
+//! that are logged slowly or late, heights that are the autopilot's estimate, decks that heave, and late accelerometers.
 //!
 //! ```text
 //! cargo run --release -p touchdown-identify --example flight_cases -- SETS FIRST_SET [CASE] >> sets.txt
@@ -19,7 +19,7 @@ use vertical::{Vehicle, identify, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;
-const CASES: [&str; 13] = [
+const CASES: [&str; 15] = [
     "30g",
     "30g-poses",
     "4kg",
@@ -33,6 +33,8 @@ const CASES: [&str; 13] = [
     "between-rows",
     "late-throttle",
     "seldom-throttle",
+    "late-accelerometer",
+    "filtered-accelerometer",
 ];
 
 fn main() -> std::io::Result<()> {
@@ -121,6 +123,16 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
         // The autopilot reports in a row of 10 ms what it commanded before.
         "late-throttle" => Vehicle {
             throttle_late_s: between(0.0, 0.009),
+            ..usual
+        },
+        // Stamps at the end of the 5 ms over which the autopilot averages.
+        "late-accelerometer" => Vehicle {
+            accelerometer_late_s: 0.0025,
+            ..usual
+        },
+        // The cutoff that PX4 has by default: 7.5 ms.
+        "filtered-accelerometer" => Vehicle {
+            accelerometer_cutoff_hz: 30.0,
             ..usual
         },
         // Logged at the rates that are the least for a lag.

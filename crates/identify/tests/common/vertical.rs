@@ -5,6 +5,8 @@
 //! Ornstein–Uhlenbeck process. The ground rests, or heaves as a sum of sines, as a deck does. The autopilot flies by what it measures.
 #![allow(dead_code, unreachable_pub)]
 
+#[path = "accelerometer.rs"]
+mod accelerometer;
 #[path = "course.rs"]
 mod course;
 #[path = "surroundings.rs"]
@@ -12,6 +14,7 @@ mod surroundings;
 
 use std::io::Write as _;
 
+use accelerometer::Accelerometer;
 use course::Course;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
@@ -72,6 +75,10 @@ pub struct Vehicle {
     pub range_hz: f64,
     /// Noise of the accelerometer (m/s²), standard deviation of a sample.
     pub accelerometer_noise_mps2: f64,
+    /// How long before its stamp the accelerometer felt the force (s), for the log and the autopilot alike.
+    pub accelerometer_late_s: f64,
+    /// Cutoff of the low-pass filter behind the accelerometer (Hz); 0 without one. It delays by 0.225 over the cutoff.
+    pub accelerometer_cutoff_hz: f64,
     /// Whether the log has the accelerometer.
     pub accelerometer: bool,
     /// Whether the logged height is the autopilot's estimate instead of the range.
@@ -112,6 +119,8 @@ impl Default for Vehicle {
             range_noise_m: 0.002,
             range_hz: 50.0,
             accelerometer_noise_mps2: 0.15,
+            accelerometer_late_s: 0.0,
+            accelerometer_cutoff_hz: 0.0,
             accelerometer: true,
             filtered_height: false,
             rotor_speed: false,
@@ -339,6 +348,7 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
     let keep = (-STEP_S / 0.4f64).exp();
     let ground = Ground::draw(v, seed);
     let mut velocity = Velocity::new(seed);
+    let mut accelerometer = Accelerometer::of(v);
     let mut throttle = v.hover_throttle;
     let mut logged_throttle = throttle;
     let (mut time, mut columns) = (Vec::new(), [const { Vec::new() }; 5]);
@@ -352,6 +362,7 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
             * v.thrust(world.speed)
             * (1.0 + world.lift - v.damping_s_per_m * world.climb_mps)
             + world.gust_mps2 / GRAVITY_MPS2;
+        let felt = accelerometer.step(force);
         if world.height_m <= 0.0 {
             return None;
         }
@@ -364,7 +375,7 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
             k.is_multiple_of(every_log),
         ];
         let specific = if commands || logs {
-            force * GRAVITY_MPS2 + bias_mps2 + v.accelerometer_noise_mps2 * normal(&mut random)
+            felt * GRAVITY_MPS2 + bias_mps2 + v.accelerometer_noise_mps2 * normal(&mut random)
         } else {
             f64::NAN
         };

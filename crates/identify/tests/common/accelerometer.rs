@@ -1,0 +1,45 @@
+//! The accelerometer of the vertical vehicle: late by its stamps, or behind a low-pass filter.
+
+use super::{STEP_S, Vehicle};
+
+/// Specific force (gravities) as the accelerometer's electronics give it, without its noise.
+pub(super) struct Accelerometer {
+    late_s: f64,
+    /// Angular frequency of the cutoff (rad/s); 0 without a filter.
+    cutoff: f64,
+    past: Vec<f64>,
+    filtered: [f64; 2],
+}
+
+impl Accelerometer {
+    pub(super) fn of(v: &Vehicle) -> Self {
+        Self {
+            late_s: v.accelerometer_late_s,
+            cutoff: std::f64::consts::TAU * v.accelerometer_cutoff_hz,
+            past: Vec::new(),
+            filtered: [1.0, 0.0],
+        }
+    }
+
+    /// One step of the simulation: the force that the accelerometer shows.
+    pub(super) fn step(&mut self, force: f64) -> f64 {
+        self.past.push(force);
+        let steps = self.late_s / STEP_S;
+        let (whole, share) = (steps.floor() as usize, steps.fract());
+        let at = |ago: usize| self.past[(self.past.len() - 1).saturating_sub(ago)];
+        let late = if share > 0.0 {
+            (1.0 - share) * at(whole) + share * at(whole + 1)
+        } else {
+            at(whole)
+        };
+        if self.cutoff == 0.0 {
+            return late;
+        }
+        // Butterworth's of second order, semi-implicit: y'' = ω² (late - y) - √2 ω y'.
+        let [y, rate] = &mut self.filtered;
+        let w = self.cutoff;
+        *rate = (*rate + STEP_S * w * w * (late - *y)) / (1.0 + STEP_S * 2f64.sqrt() * w);
+        *y += STEP_S * *rate;
+        *y
+    }
+}
