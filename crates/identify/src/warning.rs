@@ -123,6 +123,11 @@ pub enum Warning {
         /// How long before the log (s).
         late_s: f64,
     },
+    /// An accelerometer whose latency is at least the longest that is looked for.
+    AccelerometerLate {
+        /// The longest (s).
+        latency_s: f64,
+    },
     /// Thrust at one throttle differs from one armed interval to the next.
     ThrustScatter {
         /// Standard deviation over mean.
@@ -317,6 +322,11 @@ impl fmt::Display for Warning {
                 f,
                 "the motors answer {late_s:.3} s before the throttle is logged: its stamps are late, and the dead time is not known. Log the \
                  throttle and the acceleration with stamps of one clock"
+            ),
+            Self::AccelerometerLate { latency_s } => write!(
+                f,
+                "the accelerometer lags behind height and throttle by {latency_s:.3} s or more: the climb damping and the lag of the motors may \
+                 lie outside their intervals. Log height and acceleration with stamps of one clock, and the acceleration before low-pass filters"
             ),
             Self::ThrustScatter { share } => write!(
                 f,

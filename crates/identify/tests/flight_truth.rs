@@ -125,7 +125,7 @@ fn drawn(
     accelerometer: bool,
     noise_m: f64,
     hz: f64,
-) -> (Vehicle, [Option<Estimate>; 7]) {
+) -> (Vehicle, [Option<Estimate>; 8]) {
     let mut random = Pcg64::seed_from_u64(seed);
     let vehicle = Vehicle::draw(&mut random, accelerometer, noise_m, hz);
     match identify(&vehicle, seed, 4) {

@@ -172,6 +172,13 @@ impl GroundEffect {
             ),
         ]);
         all.extend(self.noise.into_iter().flat_map(Noise::in_words));
+        all.extend(self.accelerometer_latency_s().map(|latency| {
+            let text = format!(
+                "its readings are {:.4} s older than height and throttle, 95 % interval {:.4} to {:.4} s, as found with the model",
+                latency.value, latency.ci95[0], latency.ci95[1]
+            );
+            ("accelerometer".to_string(), text)
+        }));
         all
     }
 
@@ -185,6 +192,8 @@ impl GroundEffect {
     ) -> FittedCard {
         warnings.extend(self.throttle_between_rows());
         warnings.extend(self.throttle_logged_late());
+        let at_bound = self.accelerometer_latency_at_bound_s();
+        warnings.extend(at_bound.map(|latency_s| Warning::AccelerometerLate { latency_s }));
         let (errors, unit) = self.errors(settings, &card.vehicle);
         card.scores
             .push(score("all flights", true, "free_run", errors, unit));

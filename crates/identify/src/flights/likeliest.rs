@@ -3,16 +3,21 @@
 use super::fit::Fit;
 use super::model::{Curve, ModelTerms};
 use super::selection::ModelSelection;
-use super::trajectory::{self, Tracked, track_shape};
+use super::trajectory::{self, Tracked, track_shape, with_latency};
 
 /// Twice the logarithm of a ratio of likelihoods that a richer model needs: odds of 150 to 1, as where held-out flights decide.
 const EVIDENCE: f64 = 10.0;
+
+/// The same that a latency of the accelerometer needs: by chance there is as much in 1 of 100 sets of flights without one (χ² of one
+/// degree of freedom, one-sided), as for a throttle that is logged late. What is not taken is a rival.
+const EVIDENCE_OF_LATENCY: f64 = 5.4;
 
 /// Probability below which another curve counts as excluded: one in fifty widens no interval by more than a seventh of what it
 /// would move a number by. Half or twice moves no coverage.
 const LEAST_PROBABILITY: f64 = 0.02;
 
-/// A model with another law of the static curve or with a lag, which the flights do not exclude.
+/// A model with another law of the static curve, with a lag, or with or without a latency of the accelerometer, which the flights do
+/// not exclude.
 #[derive(Clone, Debug)]
 pub(super) struct Rival {
     pub(super) fit: Fit,
@@ -55,6 +60,31 @@ pub(super) fn likeliest_motors(
         }
     }
     best
+}
+
+/// The same with a latency of the accelerometer where the flights support one, and the other of the two models where they do not
+/// exclude it.
+pub(super) fn likeliest_latency(
+    choice: &mut ModelSelection<'_>,
+    best: Tracked,
+    units: trajectory::Settings,
+) -> (Tracked, Option<Rival>) {
+    let with = with_latency(choice.pieces, &best, units);
+    let Some(rival) = with.filter(|t| t.fit.converged) else {
+        return (best, None);
+    };
+    let evidence = best.cost - rival.cost;
+    let take = evidence > EVIDENCE_OF_LATENCY;
+    choice.note(
+        "latency of the accelerometer",
+        rival.fit.shape,
+        evidence,
+        take,
+    );
+    let (chosen, other) = if take { (rival, best) } else { (best, rival) };
+    let other = Rival::beside(other, &chosen);
+    let rival = (other.probability > LEAST_PROBABILITY).then_some(other);
+    (chosen, rival)
 }
 
 /// The likeliest law of the static curve, and those that the flights do not exclude.

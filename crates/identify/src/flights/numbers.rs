@@ -124,6 +124,21 @@ impl GroundEffect {
         self.of_command(after_log, 0.0, 0.0)
     }
 
+    /// The latency of the accelerometer against height and command (s), where the flights support one; `None` also at its bound.
+    #[must_use]
+    pub fn accelerometer_latency_s(&self) -> Option<Estimate> {
+        let latency = self.fit.index("accelerometer_latency")?;
+        let held = self.fit.held.contains(&latency);
+        (!held).then(|| self.spread.number(&self.fit, "accelerometer_latency"))?
+    }
+
+    /// The longest latency of an accelerometer that is looked for (s), where the flights ask for at least that.
+    pub(super) fn accelerometer_latency_at_bound_s(&self) -> Option<f64> {
+        let latency = self.fit.index("accelerometer_latency")?;
+        let latency_s = self.fit.theta[latency];
+        (latency_s > 0.0 && self.fit.held.contains(&latency)).then_some(latency_s)
+    }
+
     /// A time that counts from the command, from one that counts from its log; its least value, and the least end of its interval.
     fn of_command(&self, after_log: Estimate, least: f64, least_end: f64) -> Option<Estimate> {
         let unknown = self.basis != Basis::Accelerometer || self.logged_late_s().is_some();

@@ -5,7 +5,7 @@ use super::fit::{Fit, fit};
 use super::ground::Basis;
 use super::height_noise::{noise_of_heights, with_twice_the_noise};
 use super::lag::lag;
-use super::likeliest::{Rival, likeliest_curve, likeliest_motors};
+use super::likeliest::{Rival, likeliest_curve, likeliest_latency, likeliest_motors};
 use super::model::{Curve, ModelTerms};
 use super::resampling::Resampling;
 use super::selection::ModelSelection;
@@ -50,7 +50,7 @@ pub(super) fn final_model(
     let pieces = choice.pieces;
     let measured = choice.best.clone().settled(pieces);
     let tracked = along_trajectories(choice, basis, units, refused);
-    if let Some(tracked) = tracked.filter(|t| t.is_preferred(basis))
+    if let Some(tracked) = tracked.filter(|(t, _)| t.is_preferred(basis))
         && let Some(found) = resolved(choice, tracked, (basis, units), settings, refused)
     {
         return Some(found);
@@ -71,13 +71,13 @@ pub(super) fn final_model(
     })
 }
 
-/// The chosen model along the trajectories, with a lag of the wake.
+/// The chosen model along the trajectories, with a lag of the wake, and its rival by the latency of the accelerometer.
 fn along_trajectories(
     choice: &mut ModelSelection<'_>,
     basis: Basis,
     units: trajectory::Settings,
     refused: &mut Vec<Refusal>,
-) -> Option<Tracked> {
+) -> Option<(Tracked, Option<Rival>)> {
     let shape = match basis {
         // Forces from heights are too noisy to choose by.
         Basis::Poses => ModelTerms::plain(Curve::Exponential, choice.best.shape.damping, true),
@@ -103,8 +103,12 @@ fn along_trajectories(
     }
     let tracked = tracked?;
     if basis == Basis::Poses && tracked.is_preferred(basis) {
-        return Some(likeliest_motors(choice, tracked, units));
+        return Some((likeliest_motors(choice, tracked, units), None));
     }
+    let (tracked, rival) = match basis {
+        Basis::Accelerometer => likeliest_latency(choice, tracked, units),
+        _ => (tracked, None),
+    };
     if tracked.noise.is_of_others() && tracked.fit.shape.near_damping {
         // Chosen along heights over a ground that moves, or with climb rates of a filter. It takes the place of the wake's lag there.
         refused.push(Refusal::ClimbConfoundedWithLag);
@@ -112,15 +116,15 @@ fn along_trajectories(
             near_damping: false,
             ..tracked.fit.shape
         };
-        return track_shape(choice.pieces, shape, &tracked, units);
+        return Some((track_shape(choice.pieces, shape, &tracked, units)?, rival));
     }
-    Some(tracked)
+    Some((tracked, rival))
 }
 
 /// What the trajectories say, with the likeliest curve; the wake's lag stays where its interval is narrow enough.
 fn resolved(
     choice: &mut ModelSelection<'_>,
-    tracked: Tracked,
+    (tracked, by_latency): (Tracked, Option<Rival>),
     (basis, units): (Basis, trajectory::Settings),
     settings: &FlightSettings,
     refused: &mut Vec<Refusal>,
@@ -136,7 +140,8 @@ fn resolved(
         lag,
         noise: Some(tracked.noise),
     };
-    let (tracked, rivals) = likeliest_curve(choice, tracked, units);
+    let (tracked, mut rivals) = likeliest_curve(choice, tracked, units);
+    rivals.extend(by_latency.clone());
     let spread = spread_of(&tracked, rivals);
     let tau = lag(&tracked.fit, pieces, &spread).map(|tau| match basis {
         Basis::Poses => tau.beside(LAG_BIAS_OF_POSES * tau.value),
@@ -163,6 +168,7 @@ fn resolved(
     let (without, mut rivals) = likeliest_curve(choice, without, units);
     // A lag that is not resolved may be there all the same, and without it climb damping takes its place.
     rivals.push(Rival::beside(tracked, &without));
+    rivals.extend(by_latency);
     let tracked = without;
     refused.retain(|r| !of_measured(r));
     if !refused.contains(&Refusal::LagsFromPoses) {

@@ -8,6 +8,10 @@ use super::curve::Curve;
 /// late had a motor lag of 0.004 for 0.045 s; with 0.2 it is found to 1 ms, and later ones show no thrust that follows the throttle.
 const LATEST_S: f64 = 0.2;
 
+/// Longest latency of an accelerometer (s). Averages over a row, and low-pass filters down to 8 Hz, are below it. Beyond it a filter
+/// takes part of the motion away, and no latency describes that.
+const LONGEST_LATENCY_S: f64 = 0.03;
+
 /// What a model has beside the scales of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ModelTerms {
@@ -35,6 +39,8 @@ pub struct ModelTerms {
     pub wake_lag: bool,
     /// Whether the fountain of [`Curve::Images`] has a lag of its own, and both go with the height.
     pub fountain_lag: bool,
+    /// Whether the accelerometer has a latency against height and command.
+    pub accelerometer_latency: bool,
 }
 
 /// A number that is fitted.
@@ -88,6 +94,7 @@ impl ModelTerms {
             curve,
             wake_lag: false,
             fountain_lag: false,
+            accelerometer_latency: false,
         }
     }
 
@@ -167,6 +174,11 @@ impl ModelTerms {
         if self.fountain_lag {
             // The fountain has twice the way.
             out.push(p("fountain_tau", "s", 0.2, [0.005, 2.0], 0.5));
+        }
+        if self.accelerometer_latency {
+            // Low-pass filters of autopilots: 3 to 20 ms.
+            let bounds = [0.0, LONGEST_LATENCY_S];
+            out.push(p("accelerometer_latency", "s", 0.0, bounds, 0.02));
         }
         out
     }

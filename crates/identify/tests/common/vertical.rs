@@ -201,8 +201,8 @@ impl Vehicle {
         }
     }
 
-    /// The true [`QUANTITIES`].
-    pub fn truth(&self) -> [f64; 7] {
+    /// The true [`QUANTITIES`], and the [`LATENCY`].
+    pub fn truth(&self) -> [f64; 8] {
         let r = self.rotor_radius_m;
         let far = self.extra_lift(6.0 * r);
         let lift = |radii: f64| (self.extra_lift(radii * r) - far) / (1.0 + far);
@@ -214,7 +214,17 @@ impl Vehicle {
             (self.extra_lift(0.5 * r) / self.extra_lift(3.0 * r)).ln() / 2.5,
             self.damping_s_per_m,
             self.motor_lag_s,
+            self.accelerometer_latency_s(),
         ]
+    }
+
+    /// Latency of the accelerometer (s), with that of its filter at low frequencies.
+    pub fn accelerometer_latency_s(&self) -> f64 {
+        let of_filter = match self.accelerometer_cutoff_hz {
+            0.0 => 0.0,
+            hz => 2f64.sqrt() / (std::f64::consts::TAU * hz),
+        };
+        self.accelerometer_late_s + of_filter
     }
 
     /// True extra lift at half, one and two rotor radii over that at so many.
@@ -242,10 +252,13 @@ pub const QUANTITIES: [&str; 7] = [
     "motor lag",
 ];
 
+/// The latency of the accelerometer (s), which is identified only where there is one.
+const LATENCY: &str = "accelerometer latency";
+
 /// What came of a set of flights.
 pub enum Cell {
-    /// Each of [`QUANTITIES`], where it was identified.
-    Found(Box<[Option<Estimate>; 7]>),
+    /// Each of [`QUANTITIES`], where it was identified, and the [`LATENCY`].
+    Found(Box<[Option<Estimate>; 8]>),
     /// Nothing, for the reason given.
     Refused(String),
 }
@@ -257,7 +270,8 @@ impl Cell {
         match self {
             Self::Refused(why) => writeln!(out, "{head} refused {}", why.replace('\n', " "))?,
             Self::Found(found) => {
-                for ((name, truth), found) in QUANTITIES.iter().zip(vehicle.truth()).zip(&**found) {
+                let names = QUANTITIES.iter().chain([&LATENCY]);
+                for ((name, truth), found) in names.zip(vehicle.truth()).zip(&**found) {
                     let name = name.replace(' ', "_");
                     match found {
                         Some(e) => {
@@ -289,7 +303,7 @@ pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
     };
     let lift = |radii: f64| found.extra_lift([radii * r; 2], [6.0 * r; 2]);
     let numbers = found.numbers();
-    let damping = numbers.iter().find(|n| n.name == "damping");
+    let of = |name: &str| numbers.iter().find(|n| n.name == name).map(|n| n.estimate);
     let decay = found.decay_per_m().map(|d| Estimate {
         value: d.value * r,
         std_error: d.std_error * r,
@@ -301,8 +315,9 @@ pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
         lift(2.0),
         found.lag_s(),
         decay,
-        damping.map(|n| n.estimate),
+        of("damping"),
         found.motor_lag_s(),
+        of("accelerometer_latency"),
     ]))
 }
 

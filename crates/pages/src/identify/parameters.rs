@@ -6,7 +6,7 @@ use touchdown_report::{Cell, Table};
 use super::interval;
 
 /// What each parameter means, by its name in the results.
-const MEANINGS: [(&str, &str); 24] = [
+const MEANINGS: [(&str, &str); 25] = [
     (
         "elasticity",
         "relative change of thrust over that of throttle, in hover",
@@ -51,6 +51,10 @@ const MEANINGS: [(&str, &str); 24] = [
     ("lag", "lag of the wake"),
     ("image_lag", "lag of the mirror images"),
     ("fountain_lag", "lag of the fountain"),
+    (
+        "accelerometer_latency",
+        "age of the accelerometer's readings beside height and throttle",
+    ),
     ("h", "coefficient of a bounded function of height"),
 ];
 
@@ -107,6 +111,7 @@ mod tests {
                 settling: true,
                 battery: true,
                 near_damping: true,
+                accelerometer_latency: true,
                 ..ModelTerms::plain(curve, true, true)
             };
             for parameter in all.parameters() {

@@ -46,6 +46,8 @@ pub struct ModelValues {
     tau_s: f64,
     fountain_tau_s: f64,
     paced: bool,
+    /// `None` in models without one: its trajectories need no other order of measurements.
+    pub(super) accelerometer_latency_s: Option<f64>,
 }
 
 impl ModelValues {
@@ -65,6 +67,8 @@ impl ModelValues {
         let many = shape.curve.many();
         let of_curve = std::array::from_fn(|i| take(i < many));
         let tau_s = take(shape.wake_lag);
+        let fountain_tau_s = take(shape.fountain_lag);
+        let latency_s = take(shape.accelerometer_latency);
         Self {
             elasticity,
             t_m_s,
@@ -79,8 +83,9 @@ impl ModelValues {
             curve: shape.curve,
             of_curve,
             tau_s,
-            fountain_tau_s: take(shape.fountain_lag),
+            fountain_tau_s,
             paced: shape.fountain_lag && shape.curve == Curve::Images,
+            accelerometer_latency_s: shape.accelerometer_latency.then_some(latency_s),
         }
     }
 
@@ -228,6 +233,11 @@ impl Segment {
     /// moves what was measured before it: it answers the noise of the very row that it is logged with, and an
     /// interpolation would take that answer for a cause. So would a throttle that is smoothed over what comes after.
     pub(super) fn drive(&self, v: &ModelValues) -> Vec<[f64; 2]> {
+        self.drive_before(v, 0.0)
+    }
+
+    /// The same, so long before every row (s).
+    pub(super) fn drive_before(&self, v: &ModelValues, before_s: f64) -> Vec<[f64; 2]> {
         let command = if self.logged_throttle.is_empty() {
             &self.throttle
         } else {
@@ -243,14 +253,15 @@ impl Segment {
                 if !(v.t_m_s > 0.0) {
                     return [targets[i], v.drift(self, i)];
                 }
-                while until < time[i] {
+                let at_s = time[i] - before_s;
+                while until < at_s {
                     let next = time
                         .get(acts + 1)
                         .map_or(f64::INFINITY, |t| t + v.dead_time_s);
-                    let end = next.min(time[i]);
+                    let end = next.min(at_s);
                     x = v.motors(x, targets[acts], (end - until).max(0.0));
                     until = end.max(until);
-                    if next <= time[i] {
+                    if next <= at_s {
                         acts += 1;
                     }
                 }
@@ -427,7 +438,7 @@ mod tests {
             Curve::Rational,
             Curve::Images,
         ] {
-            for bits in 0..=511u16 {
+            for bits in 0..=1023u16 {
                 let on = |k: u16| bits >> k & 1 == 1;
                 let shape = ModelTerms {
                     exponent: [1.5, 1.0],
@@ -442,11 +453,14 @@ mod tests {
                     curve,
                     wake_lag: on(5),
                     fountain_lag: on(7),
+                    accelerometer_latency: on(9),
                 };
                 let theta: Vec<f64> = (1..=shape.parameters().len()).map(|i| i as f64).collect();
                 let read = ModelValues::of(&shape, &theta);
                 let last = theta.len() as f64;
-                let of_last = if shape.fountain_lag {
+                let of_last = if shape.accelerometer_latency {
+                    read.accelerometer_latency_s.unwrap()
+                } else if shape.fountain_lag {
                     read.fountain_tau_s
                 } else if shape.wake_lag {
                     read.tau_s

@@ -44,6 +44,8 @@ fn pass_of<const N: usize>(
         noise,
         settings,
         drive: piece.drive(values),
+        late: Late::of(piece, values),
+        now: (f64::NAN, [0.0; 2]),
         filter: Filter::of(piece),
         wake: WakeState::default(),
     };
@@ -73,6 +75,38 @@ fn pass_of<const N: usize>(
     run.filter.done()
 }
 
+/// Readings of an accelerometer with a latency: each belongs to a time before its row.
+struct Late {
+    latency_s: f64,
+    /// √T relative to hover and drift at the times of the readings, row by row.
+    drive: Vec<[f64; 2]>,
+    /// The next reading, as an index of the rows that count.
+    next: usize,
+}
+
+impl Late {
+    /// `None` where the model has no latency, or the run no accelerometer.
+    fn of(piece: &Segment, values: &ModelValues) -> Option<Self> {
+        let latency_s = values
+            .accelerometer_latency_s
+            .filter(|_| piece.accelerometer)?;
+        Some(Self {
+            latency_s,
+            drive: piece.drive_before(values, latency_s),
+            next: 0,
+        })
+    }
+
+    /// The row of the next reading and its time (s), where that is not after `until_s` in the motion of the reading before.
+    fn due(&self, piece: &Segment, until_s: f64) -> Option<(usize, f64)> {
+        let row = *piece.rows.get(self.next)?;
+        let before = *piece.rows.get(self.next.checked_sub(1)?)?;
+        let time_s = piece.time_s[row] - self.latency_s;
+        let same = piece.time_s[row] - piece.time_s[before] <= LONGEST_HOLE_S;
+        (same && time_s <= until_s).then_some((row, time_s))
+    }
+}
+
 /// One run on its way through the filter.
 struct Run<'a, const N: usize> {
     piece: &'a Segment,
@@ -81,6 +115,10 @@ struct Run<'a, const N: usize> {
     settings: Settings,
     /// √T relative to hover and drift, row by row.
     drive: Vec<[f64; 2]>,
+    /// The accelerometer's readings, where they have a latency.
+    late: Option<Late>,
+    /// Time (s) of the state, √T relative to hover and drift then.
+    now: (f64, [f64; 2]),
     filter: Filter<N>,
     wake: WakeState,
 }
@@ -106,19 +144,49 @@ impl<const N: usize> Run<'_, N> {
             .step(self.values, self.height(), 0.0, self.drive[i][0]);
         self.filter
             .lift_at_rest(self.bend(), self.settings.radius_m);
+        self.now = (self.piece.time_s[i], self.drive[i]);
+        // Of the motion before all readings are there.
+        if let Some(late) = &mut self.late {
+            late.next += 1;
+            let drive = late.drive[i];
+            self.correct_by_accelerometer(i, drive);
+            self.hand_lift_over();
+        }
     }
 
-    /// From the row before to a row.
+    /// From the row before to a row, by the readings of a late accelerometer in between.
+    ///
+    /// One that felt the force before the motion started is taken there: whatever the latency, the same readings count.
     fn predict(&mut self, i: usize) {
-        let dt = self.piece.time_s[i] - self.piece.time_s[i - 1];
-        let [x, drift] = [0, 1].map(|k| 0.5 * (self.drive[i - 1][k] + self.drive[i][k]));
+        let to_s = self.piece.time_s[i];
+        while let Some((row, time_s)) = self.late.as_ref().and_then(|l| l.due(self.piece, to_s)) {
+            let Some(late) = &mut self.late else { break };
+            late.next += 1;
+            let drive = late.drive[row];
+            if time_s > self.now.0 {
+                self.advance(time_s, drive, i);
+            }
+            self.correct_by_accelerometer(row, drive);
+            self.hand_lift_over();
+        }
+        if to_s > self.now.0 {
+            self.advance(to_s, self.drive[i], i);
+        }
+    }
+
+    /// On to a time, where √T and drift are `to`; the tilt is that of a row.
+    fn advance(&mut self, to_s: f64, to: [f64; 2], i: usize) {
+        let (now_s, from) = self.now;
+        self.now = (to_s, to);
+        let dt = to_s - now_s;
+        let [x, drift] = [0, 1].map(|k| 0.5 * (from[k] + to[k]));
         // The wake goes first: the force over the step is that of its middle. That of its start would be half a step late, and a
         // lag of the wake short by as much.
         let before = self.wake.lift(self.values);
         let ahead = self.height() + dt * self.filter.closing_mps() / self.settings.radius_m;
         let lag_s = self.values.lag_s(self.height(), x);
         let bend = self.bend();
-        self.wake.step(self.values, ahead, dt, self.drive[i][0]);
+        self.wake.step(self.values, ahead, dt, to[0]);
         let model = self.model(x, drift, 0.5 * (before + self.wake.lift(self.values)));
         let up = self.settings.gravity_mps2 * self.piece.lean(i);
         let follows = if lag_s > 0.0 {
@@ -139,15 +207,23 @@ impl<const N: usize> Run<'_, N> {
 
     /// Corrects by what was measured in a row.
     fn correct(&mut self, i: usize) {
-        self.correct_by_sensors(i);
+        self.correct_by_motion(i);
+        if self.late.is_none() {
+            self.correct_by_accelerometer(i, self.drive[i]);
+        }
         self.filter.keep_symmetric();
-        // The wake takes its error over.
+        self.hand_lift_over();
+    }
+
+    /// The wake takes over what the filter found of its error.
+    fn hand_lift_over(&mut self) {
         self.wake
             .shift(self.values, self.height(), self.filter.mean[6]);
         self.filter.mean[6] = 0.0;
     }
 
-    fn correct_by_sensors(&mut self, i: usize) {
+    /// By range and climb rate.
+    fn correct_by_motion(&mut self, i: usize) {
         let measured = |all: &[f64]| all.get(i).copied().filter(|v| v.is_finite());
         let time_s = self.piece.time_s[i];
         if let Some(range_m) = measured(&self.piece.range_m) {
@@ -169,11 +245,16 @@ impl<const N: usize> Run<'_, N> {
             let seen = Seen::of(Sensor::ClimbRate, time_s, miss, self.noise.climb_mps);
             self.filter.update_by_state(&seen, 1);
         }
+    }
+
+    /// By the specific force of a row, felt where √T and drift were these.
+    fn correct_by_accelerometer(&mut self, i: usize, [x, drift]: [f64; 2]) {
         if !self.piece.accelerometer {
             return;
         }
-        if let Some(force) = measured(&self.piece.force) {
-            let [x, drift] = self.drive[i];
+        let force = self.piece.force.get(i).copied();
+        if let Some(force) = force.filter(|v| v.is_finite()) {
+            let time_s = self.piece.time_s[i];
             let m = self.model(x, drift, self.wake.lift(self.values));
             let s = &self.filter.mean;
             let modelled = s[4] * (m.force + m.by_lift * s[6]);

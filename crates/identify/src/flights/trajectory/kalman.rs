@@ -35,7 +35,7 @@ const START_M: f64 = 0.02;
 const ASYMMETRIC: f64 = 1e-6;
 
 /// What is measured.
-#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
 pub(super) enum Sensor {
     Range,
     ClimbRate,
@@ -57,7 +57,7 @@ pub(super) struct Innovation {
 
 /// What the filter gives along one run.
 pub(super) struct Pass {
-    /// All innovations, in the order in which they came.
+    /// All innovations, in the order of their rows.
     pub(super) innovations: Vec<Innovation>,
     /// Minus twice the log-likelihood.
     pub(super) cost: f64,
@@ -296,7 +296,13 @@ impl<const N: usize> Filter<N> {
         }
     }
 
-    pub(super) fn done(self) -> Pass {
+    pub(super) fn done(mut self) -> Pass {
+        // A latency moves the order in which they came. Differences compare each with itself.
+        let row = |i: &Innovation| (i.time_s, i.sensor);
+        self.innovations.sort_by(|a, b| {
+            let ((a_s, a), (b_s, b)) = (row(a), row(b));
+            a_s.total_cmp(&b_s).then(a.cmp(&b))
+        });
         Pass {
             innovations: self.innovations,
             cost: self.cost,

@@ -12,7 +12,8 @@
 //!
 //! `f` is the model of [`super::model`], `d` turbulence, `β` the accelerometer's error. Thrust scale `k`, height error `b` and
 //! `β` of each armed interval are states of the filter that do not change. Without an accelerometer, heights alone correct the
-//! motion.
+//! motion. An accelerometer may have a latency, which is then a number of the model: its readings correct the motion at the times
+//! at which they were felt.
 //!
 //! R. E. Maine and K. W. Iliff, NASA RP-1138 (1985); R. V. Jategaonkar, "Flight Vehicle System Identification" (2015),
 //! chapter 5.
@@ -21,6 +22,7 @@ mod clock;
 mod equations;
 mod filter;
 mod kalman;
+mod latency;
 mod noise;
 mod whiteness;
 
@@ -31,6 +33,7 @@ pub use noise::{GroundMotion, Noise};
 
 pub(super) use self::clock::start;
 pub(super) use self::filter::Settings;
+pub(super) use self::latency::with_latency;
 
 pub(super) use self::whiteness::Whiteness;
 

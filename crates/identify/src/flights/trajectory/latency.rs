@@ -1,0 +1,48 @@
+//! Whether the accelerometer has a latency against height and command.
+//!
+//! Filters of autopilots delay it by some milliseconds, and so do stamps at the end of an average. The force that the motion shows then
+//! comes before the force that is felt, which passes for climb damping. A latency is another number of the model: each reading
+//! corrects the motion at the time at which it was felt.
+
+use super::{Problem, Settings, Tracked, clock};
+use crate::flights::fit::Fit;
+use crate::flights::model::{ModelTerms, Segment};
+
+/// Latency from which the search starts, if the flights are likelier there than without (s): a tenth of the least that matters.
+const FIRST_S: f64 = 1e-4;
+
+/// The fit with a latency of the accelerometer; `None` where the flights are not likelier with a short one.
+///
+/// At the minimum without it the slope of the cost by a latency is that with all other numbers at their best. So its sign tells
+/// whether a fit with one is worth its time.
+pub(in crate::flights) fn with_latency(
+    pieces: &[Segment],
+    found: &Tracked,
+    settings: Settings,
+) -> Option<Tracked> {
+    if found.fit.shape.accelerometer_latency {
+        return None;
+    }
+    let shape = ModelTerms {
+        accelerometer_latency: true,
+        ..found.fit.shape
+    };
+    let at = |latency_s: f64| {
+        // The last of the numbers.
+        let mut theta = found.fit.theta.clone();
+        theta.push(latency_s);
+        theta
+    };
+    let start = Fit {
+        shape,
+        theta: at(FIRST_S),
+        ..found.fit.clone()
+    };
+    let problem = Problem::of(pieces, &start, settings);
+    let cost = |latency_s: f64| problem.cost(&at(latency_s), found.noise);
+    if cost(FIRST_S) >= cost(0.0) {
+        return None;
+    }
+    let found = problem.track(&start, found.noise, false)?;
+    Some(clock::across_zero(pieces, found, settings))
+}
