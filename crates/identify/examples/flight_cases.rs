@@ -19,7 +19,7 @@ use vertical::{Vehicle, identify, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;
-const CASES: [&str; 15] = [
+const CASES: [&str; 17] = [
     "30g",
     "30g-poses",
     "4kg",
@@ -35,6 +35,8 @@ const CASES: [&str; 15] = [
     "seldom-throttle",
     "late-accelerometer",
     "filtered-accelerometer",
+    "later-accelerometer",
+    "smoothed-accelerometer",
 ];
 
 fn main() -> std::io::Result<()> {
@@ -125,14 +127,23 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
             throttle_late_s: between(0.0, 0.009),
             ..usual
         },
-        // Stamps at the end of the 5 ms over which the autopilot averages.
+        // Stamps of the receiver, or of the end of an average.
         "late-accelerometer" => Vehicle {
-            accelerometer_late_s: 0.0025,
+            accelerometer_late_s: 0.005,
+            ..usual
+        },
+        "later-accelerometer" => Vehicle {
+            accelerometer_late_s: 0.015,
             ..usual
         },
         // The cutoff that PX4 has by default: 7.5 ms.
         "filtered-accelerometer" => Vehicle {
             accelerometer_cutoff_hz: 30.0,
+            ..usual
+        },
+        // First order with a cutoff of 20 Hz: 8 ms.
+        "smoothed-accelerometer" => Vehicle {
+            accelerometer_lag_s: 0.008,
             ..usual
         },
         // Logged at the rates that are the least for a lag.

@@ -23,6 +23,8 @@ pub(super) struct Rival {
     pub(super) fit: Fit,
     /// Its probability, where all models are equally likely beforehand.
     pub(super) probability: f64,
+    /// The model that it differs from in one term only; `None` where that is the model of the numbers.
+    pub(super) instead_of: Option<Fit>,
 }
 
 impl Rival {
@@ -31,6 +33,7 @@ impl Rival {
         Self {
             probability: 1.0 / (1.0 + (0.5 * (other.cost - chosen.cost)).exp()),
             fit: other.fit,
+            instead_of: None,
         }
     }
 }
@@ -70,7 +73,7 @@ pub(super) fn likeliest_latency(
     units: trajectory::Settings,
 ) -> (Tracked, Option<Rival>) {
     let with = with_latency(choice.pieces, &best, units);
-    let Some(rival) = with.filter(|t| t.fit.converged) else {
+    let Some(rival) = with.filter(Tracked::is_trusted) else {
         return (best, None);
     };
     let evidence = best.cost - rival.cost;
@@ -82,7 +85,11 @@ pub(super) fn likeliest_latency(
         take,
     );
     let (chosen, other) = if take { (rival, best) } else { (best, rival) };
-    let other = Rival::beside(other, &chosen);
+    // The curve and the lag of the wake are chosen later: what they move is not of the latency.
+    let other = Rival {
+        instead_of: Some(chosen.fit.clone()),
+        ..Rival::beside(other, &chosen)
+    };
     let rival = (other.probability > LEAST_PROBABILITY).then_some(other);
     (chosen, rival)
 }
@@ -135,6 +142,7 @@ pub(super) fn likeliest_curve(
     let rivals = all.into_iter().map(|t| Rival {
         probability: weight(&t) / sum,
         fit: t.fit,
+        instead_of: None,
     });
     let rivals = rivals.filter(|r| r.probability > LEAST_PROBABILITY);
     (chosen, rivals.collect())

@@ -292,7 +292,10 @@ impl Resampling {
 
     /// Widens an interval by what a rival finds; `None` where one finds no number.
     fn among_rivals(&self, found: Estimate, of: impl Fn(&Fit) -> f64) -> Option<Estimate> {
-        let square = |r: &Rival| r.probability * (of(&r.fit) - found.value).powi(2);
+        let square = |r: &Rival| {
+            let from = r.instead_of.as_ref().map_or(found.value, &of);
+            r.probability * (of(&r.fit) - from).powi(2)
+        };
         let variance: f64 = self.rivals.iter().map(square).sum();
         variance.is_finite().then(|| found.beside(variance.sqrt()))
     }

@@ -97,18 +97,13 @@ fn along_trajectories(
         }
     }
     let start = trajectory::start(choice.pieces, &start, units);
-    let mut tracked = track(choice.pieces, &start, units);
-    if basis == Basis::Accelerometer && !tracked.as_ref().is_some_and(Tracked::is_trusted) {
-        tracked = track_beside_others(choice.pieces, &start, units).or(tracked);
-    }
-    let tracked = tracked?;
+    let (tracked, rival) = match basis {
+        Basis::Accelerometer => along_accelerometer(choice, &start, units)?,
+        _ => (track(choice.pieces, &start, units)?, None),
+    };
     if basis == Basis::Poses && tracked.is_preferred(basis) {
         return Some((likeliest_motors(choice, tracked, units), None));
     }
-    let (tracked, rival) = match basis {
-        Basis::Accelerometer => likeliest_latency(choice, tracked, units),
-        _ => (tracked, None),
-    };
     if tracked.noise.is_of_others() && tracked.fit.shape.near_damping {
         // Chosen along heights over a ground that moves, or with climb rates of a filter. It takes the place of the wake's lag there.
         refused.push(Refusal::ClimbConfoundedWithLag);
@@ -119,6 +114,25 @@ fn along_trajectories(
         return Some((track_shape(choice.pieces, shape, &tracked, units)?, rival));
     }
     Some((tracked, rival))
+}
+
+/// The trajectories of flights with an accelerometer, and the rival by its latency.
+///
+/// A latency comes before other noise: a ground that moves, whose range has an unknown latency, would take its place.
+fn along_accelerometer(
+    choice: &mut ModelSelection<'_>,
+    start: &Fit,
+    units: trajectory::Settings,
+) -> Option<(Tracked, Option<Rival>)> {
+    let plain = track(choice.pieces, start, units);
+    let plain = plain.map(|t| likeliest_latency(choice, t, units));
+    if plain.as_ref().is_some_and(|(t, _)| t.is_trusted()) {
+        return plain;
+    }
+    let others = track_beside_others(choice.pieces, start, units);
+    others
+        .map(|t| likeliest_latency(choice, t, units))
+        .or(plain)
 }
 
 /// What the trajectories say, with the likeliest curve; the wake's lag stays where its interval is narrow enough.

@@ -1,4 +1,4 @@
-//! The accelerometer of the vertical vehicle: late by its stamps, or behind a low-pass filter.
+//! The accelerometer of the vertical vehicle: late by its stamps, or behind low-pass filters.
 
 use super::{STEP_S, Vehicle};
 
@@ -7,8 +7,11 @@ pub(super) struct Accelerometer {
     late_s: f64,
     /// Angular frequency of the cutoff (rad/s); 0 without a filter.
     cutoff: f64,
+    /// Share of the difference that a filter of first order keeps over a step; 0 without one.
+    keep: f64,
     past: Vec<f64>,
     filtered: [f64; 2],
+    smooth: f64,
 }
 
 impl Accelerometer {
@@ -16,8 +19,10 @@ impl Accelerometer {
         Self {
             late_s: v.accelerometer_late_s,
             cutoff: std::f64::consts::TAU * v.accelerometer_cutoff_hz,
+            keep: (-STEP_S / v.accelerometer_lag_s).exp(),
             past: Vec::new(),
             filtered: [1.0, 0.0],
+            smooth: 1.0,
         }
     }
 
@@ -32,13 +37,14 @@ impl Accelerometer {
         } else {
             at(whole)
         };
+        self.smooth = late + self.keep * (self.smooth - late);
         if self.cutoff == 0.0 {
-            return late;
+            return self.smooth;
         }
-        // Butterworth's of second order, semi-implicit: y'' = ω² (late - y) - √2 ω y'.
+        // Butterworth's of second order, semi-implicit: y'' = ω² (x - y) - √2 ω y'.
         let [y, rate] = &mut self.filtered;
         let w = self.cutoff;
-        *rate = (*rate + STEP_S * w * w * (late - *y)) / (1.0 + STEP_S * 2f64.sqrt() * w);
+        *rate = (*rate + STEP_S * w * w * (self.smooth - *y)) / (1.0 + STEP_S * 2f64.sqrt() * w);
         *y += STEP_S * *rate;
         *y
     }

@@ -79,6 +79,8 @@ pub struct Vehicle {
     pub accelerometer_late_s: f64,
     /// Cutoff of the low-pass filter behind the accelerometer (Hz); 0 without one. It delays by 0.225 over the cutoff.
     pub accelerometer_cutoff_hz: f64,
+    /// Time constant of a filter of first order behind the accelerometer (s); 0 without one. It delays by that.
+    pub accelerometer_lag_s: f64,
     /// Whether the log has the accelerometer.
     pub accelerometer: bool,
     /// Whether the logged height is the autopilot's estimate instead of the range.
@@ -121,6 +123,7 @@ impl Default for Vehicle {
             accelerometer_noise_mps2: 0.15,
             accelerometer_late_s: 0.0,
             accelerometer_cutoff_hz: 0.0,
+            accelerometer_lag_s: 0.0,
             accelerometer: true,
             filtered_height: false,
             rotor_speed: false,
@@ -218,13 +221,13 @@ impl Vehicle {
         ]
     }
 
-    /// Latency of the accelerometer (s), with that of its filter at low frequencies.
+    /// Latency of the accelerometer (s), with that of its filters at low frequencies.
     pub fn accelerometer_latency_s(&self) -> f64 {
         let of_filter = match self.accelerometer_cutoff_hz {
             0.0 => 0.0,
             hz => 2f64.sqrt() / (std::f64::consts::TAU * hz),
         };
-        self.accelerometer_late_s + of_filter
+        self.accelerometer_late_s + self.accelerometer_lag_s + of_filter
     }
 
     /// True extra lift at half, one and two rotor radii over that at so many.

@@ -15,12 +15,15 @@ const FIRST_S: f64 = 1e-4;
 ///
 /// At the minimum without it the slope of the cost by a latency is that with all other numbers at their best. So its sign tells
 /// whether a fit with one is worth its time.
+///
+/// None either above a ground that moves: the latency of its range is unknown, and one of the accelerometer is not identifiable
+/// beside that and the dead time.
 pub(in crate::flights) fn with_latency(
     pieces: &[Segment],
     found: &Tracked,
     settings: Settings,
 ) -> Option<Tracked> {
-    if found.fit.shape.accelerometer_latency {
+    if found.fit.shape.accelerometer_latency || found.noise.ground.is_some() {
         return None;
     }
     let shape = ModelTerms {
