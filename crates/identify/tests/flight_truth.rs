@@ -22,6 +22,8 @@ fn holds(vehicle: &Vehicle, seed: u64) {
         Cell::Found(found) => found,
         Cell::Refused(why) => panic!("{why}"),
     };
+    // A latency of the accelerometer only where there is one.
+    assert!(found[7].is_none(), "{:?}", found[7]);
     for ((name, truth), found) in QUANTITIES.iter().zip(vehicle.truth()).zip(*found) {
         if ["damping", "motor lag"].contains(name) && !vehicle.accelerometer {
             // Turbulence would pass for the one, the filter of heights for the other.
@@ -413,6 +415,45 @@ fn analytic_commands_that_act_before_they_are_logged_bias_no_lag() {
             "{delay:?}"
         );
     }
+}
+
+#[test]
+fn analytic_a_late_accelerometer_biases_no_number() {
+    // Height and climb rate show a force before the accelerometer does.
+    let vehicle = Vehicle {
+        accelerometer_late_s: 0.015,
+        ..Vehicle::default()
+    };
+    let found = match identify(&vehicle, 79_000, 3) {
+        Cell::Found(found) => found,
+        Cell::Refused(why) => panic!("{why}"),
+    };
+    let names = QUANTITIES.iter().chain([&"accelerometer latency"]);
+    for ((name, truth), found) in names.zip(vehicle.truth()).zip(*found) {
+        let found = found.unwrap_or_else(|| panic!("{name}: not identified"));
+        let half = 0.5 * (found.ci95[1] - found.ci95[0]);
+        // One in 400 intervals of three standard errors misses by chance; the seed is fixed.
+        assert!(
+            (found.value - truth).abs() < 1.5 * half,
+            "{name}: {found:?}, truth {truth}"
+        );
+    }
+}
+
+#[test]
+fn prop_a_latency_beyond_its_bound_is_warned_of() {
+    let vehicle = Vehicle {
+        accelerometer_late_s: 0.035,
+        ..Vehicle::default()
+    };
+    let all = settings_of(&vehicle);
+    let logs = flights(&vehicle, 79_100, |trial| trial, &all.flight);
+    let found = ground_effect(&logs, &all.flight).unwrap();
+    let said = found.card(&all, &Origin::default()).warnings;
+    let late = |w: &Warning| matches!(w, Warning::AccelerometerLate { .. });
+    assert!(said.iter().any(late), "{said:?}");
+    // At its bound a number has no interval.
+    assert!(found.accelerometer_latency_s().is_none());
 }
 
 #[test]
