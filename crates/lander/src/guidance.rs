@@ -126,9 +126,7 @@ impl<R: Real> Guidance<R> {
         dt: R,
     ) -> GuidanceCommand<R> {
         let dt = usable_dt(dt);
-        let heading_rad = *state
-            .heading_rad
-            .get_or_insert_with(|| motion.attitude.yaw_rad().finite_or(R::ZERO));
+        let heading_rad = self.heading_rad(state, motion);
         let mut order = match maneuver {
             Maneuver::Disarm => {
                 *state = self.initial();
@@ -168,10 +166,8 @@ impl<R: Real> Guidance<R> {
             Maneuver::Hover {
                 frame: Frame::World,
                 ..
-            } => self.in_the_world(state, motion, [R::ZERO, self.climb_mps2], dt),
-            Maneuver::ClimbAway => {
-                self.in_the_world(state, motion, [self.climb_mps, self.away_mps2], dt)
-            }
+            } => GuidanceCommand::Track(self.hover_in_the_world(state, motion, dt)),
+            Maneuver::ClimbAway => GuidanceCommand::Track(self.climb_away(state, motion, dt)),
         };
         if let GuidanceCommand::Track(target) = &mut order {
             target.yaw_rad = heading_rad;
@@ -179,11 +175,35 @@ impl<R: Real> Guidance<R> {
         order
     }
 
+    /// [`Maneuver::Hover`] in the world's frame, without a heading.
+    pub(crate) fn hover_in_the_world(
+        &self,
+        state: &mut GuidanceState<R>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> Target<R> {
+        self.in_the_world(state, motion, [R::ZERO, self.climb_mps2], dt)
+    }
+
+    /// [`Maneuver::ClimbAway`], without a heading.
+    pub(crate) fn climb_away(
+        &self,
+        state: &mut GuidanceState<R>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> Target<R> {
+        self.in_the_world(state, motion, [self.climb_mps, self.away_mps2], dt)
+    }
+
+    /// The heading to keep: that of the first flight, rad.
+    pub(crate) fn heading_rad(&self, state: &mut GuidanceState<R>, motion: &Motion<R>) -> R {
+        let at_first = || motion.attitude.yaw_rad().finite_or(R::ZERO);
+        *state.heading_rad.get_or_insert_with(at_first)
+    }
+
     /// Forgets plan and hover, which somebody else flies; returns the heading to keep, rad.
     pub(crate) fn interrupt(&self, state: &mut GuidanceState<R>, motion: &Motion<R>) -> R {
-        let heading_rad = *state
-            .heading_rad
-            .get_or_insert_with(|| motion.attitude.yaw_rad().finite_or(R::ZERO));
+        let heading_rad = self.heading_rad(state, motion);
         *state = GuidanceState {
             heading_rad: Some(heading_rad),
             ..self.initial()
@@ -257,7 +277,7 @@ impl<R: Real> Guidance<R> {
         motion: &Motion<R>,
         [climb_mps, most_mps2]: [R; 2],
         dt: R,
-    ) -> GuidanceCommand<R> {
+    ) -> Target<R> {
         state.plan = None;
         let v = match state.slew {
             Some((Frame::World, _, v)) => v,
@@ -270,7 +290,7 @@ impl<R: Real> Guidance<R> {
         // The position error is zero, and the error of the relative velocity is that of
         // the vehicle's own velocity.
         let deck_mps = motion.vehicle_velocity_mps - motion.relative_velocity_mps;
-        GuidanceCommand::Track(Target {
+        Target {
             vertical: ReferencePoint {
                 height_m: motion.position_m.z,
                 velocity_mps: climb_mps - deck_mps.z,
@@ -279,6 +299,6 @@ impl<R: Real> Guidance<R> {
             position_m: motion.position_m,
             velocity_mps: -deck_mps,
             ..Target::default()
-        })
+        }
     }
 }

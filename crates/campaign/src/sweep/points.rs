@@ -49,6 +49,9 @@ pub struct Sweep {
     flown: RecentlyUsed<SpaceLander>,
 }
 
+/// What is wrong with a measured motion beside one of the scenario.
+const TWO_DECKS: &str = "the deck moves as measured: remove `scenario.deck` and its keys";
+
 impl Sweep {
     /// Reads a sweep file with everything that it names; `trials` and `seed` override the file's.
     ///
@@ -149,19 +152,14 @@ impl Sweep {
         }
         axes.check_size(settings.trials, &bad)?;
         let mut beside = FilesBeside::default();
-        let mut deck = None;
-        let mut motion = None;
+        let (mut deck, mut motion) = (None, None);
         let mut warnings: Vec<String> = overlap.into_iter().collect();
         if let Some(given) = &mut settings.series {
             if settings.scenario.deck != RigidMotion::default() || axes.set_the_deck() {
-                return Err(bad(
-                    "series",
-                    "the deck moves as measured: remove `scenario.deck` and its keys",
-                ));
+                return Err(bad("series", TWO_DECKS));
             }
             let measured = MeasuredDeck::read(given, folder)?;
-            deck = Some(measured.deck);
-            motion = Some(measured.text);
+            (deck, motion) = (Some(measured.deck), Some(measured.text));
             warnings.extend(measured.warnings);
             beside.series = Some(measured.bytes);
             given.file = SERIES.into();

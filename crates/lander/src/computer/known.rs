@@ -42,6 +42,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         sd.iter().all(|&sd| sd <= self.known_sd_mps)
     }
 
+    /// Whether the vertical part of it is known.
+    pub(super) fn climb_known(&self, estimate: &RelativeEstimate<R>) -> bool {
+        estimate.velocity_sd_mps.z <= self.known_sd_mps
+    }
+
     /// Whether position and velocity relative to the deck are known, as a landing
     /// requires.
     #[must_use]

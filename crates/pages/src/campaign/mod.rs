@@ -72,15 +72,8 @@ pub fn campaign(
     not_flown(results).map_or(Ok(()), |table| page.table(table))?;
     aborts(results).map_or(Ok(()), |table| page.table(table))?;
     page.table(quantities(results))?;
-    let random: Vec<String> = sweep.drawn().map(|key| format!("`{key}`")).collect();
-    if !random.is_empty() {
-        page.text(format!(
-            "Every trial has its own random values of {}. Trial k has the same values at every point.",
-            random.join(", ")
-        ));
-    }
-    if let Some(text) = results.redrawn_text() {
-        page.text(format!("{text}."));
+    for text in drawn(sweep, results) {
+        page.text(text);
     }
     pictures.try_for_each(|figure| page.figure(figure))?;
     page.report.section("The worst landings");
@@ -110,6 +103,19 @@ pub fn campaign(
     )?;
     page.text(format!("SHA-256 of the sweep: `{}`.", results.sweep_sha256));
     page.finish()
+}
+
+/// What is drawn, and how many draws were replaced.
+fn drawn(sweep: &Sweep, results: &CampaignResults) -> Vec<String> {
+    let random: Vec<String> = sweep.drawn().map(|key| format!("`{key}`")).collect();
+    let every = (!random.is_empty()).then(|| {
+        format!(
+            "Every trial has its own random values of {}. Trial k has the same values at every point.",
+            random.join(", ")
+        )
+    });
+    let replaced = results.redrawn_text().map(|text| format!("{text}."));
+    every.into_iter().chain(replaced).collect()
 }
 
 /// How many landings landed and crashed, and where most and fewest landed.

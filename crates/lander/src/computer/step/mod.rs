@@ -40,8 +40,6 @@ struct Knowledge<R> {
     position: bool,
     /// The vehicle's own velocity is known.
     velocity: bool,
-    /// The vertical part of it is.
-    climb: bool,
     /// Age of the last sample of the inertial unit, s.
     unfelt_s: R,
 }
@@ -151,7 +149,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         Knowledge {
             position: self.knows_enough(state, estimate),
             velocity: self.moves_known(estimate),
-            climb: estimate.velocity_sd_mps.z <= self.known_sd_mps,
             unfelt_s: health.imu.age_s,
         }
     }
@@ -184,7 +181,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             self.fly_to(state, motion, target, dt)
         } else if (known && felt) || maneuver == Maneuver::Disarm {
             self.act(state, maneuver, reference.as_ref(), motion, dt)
-        } else if started && felt && knowledge.climb && maneuver.is_in_the_world() {
+        } else if started && felt && maneuver.is_in_the_world() && self.climb_known(estimate) {
             self.fly_level(state, maneuver, motion, dt)
         } else {
             let rises = !felt && knowledge.unfelt_s <= r(UNFELT_S + RISE_S);
