@@ -18,7 +18,7 @@ fn prop_who_knows_only_how_fast_it_climbs_climbs_and_gives_up() {
         to_s: 1e3,
     }];
     let safe_m = scenario.control.state_machine.safe_height_m;
-    for wind_mps in [0.0, 3.0] {
+    for wind_mps in [0.0, 3.0, 8.0] {
         scenario.wind.steady_mps = [wind_mps, 0.0, 0.0];
         let lander = SpaceLander::new(&scenario).unwrap();
         for trial in 0..4 {
@@ -31,10 +31,10 @@ fn prop_who_knows_only_how_fast_it_climbs_climbs_and_gives_up() {
             // The barometer holds it to a few decimetres.
             assert!(lowest_m > safe_m - 0.5, "{trial}: {lowest_m} m");
             // It keeps the trim that it started in, and drifts by errors of the attitude of up to 0.02 rad: the air's drag holds
-            // that below 1 m/s. A level vehicle drifts with the wind.
+            // that below 0.5 m/s. A level vehicle drifts with the wind.
             let end = rows.last().unwrap();
             let drift_mps = end.velocity_mps[0].hypot(end.velocity_mps[1]);
-            assert!(drift_mps < 1.0, "{trial}: {drift_mps} m/s");
+            assert!(drift_mps < 0.5, "{trial}: {drift_mps} m/s");
         }
     }
 }

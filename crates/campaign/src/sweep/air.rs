@@ -7,6 +7,8 @@ use crate::error::Result;
 
 /// Landings whose draws are looked at, at most: in about a second. A thousand know a share of 5 % to 1.4 %.
 const LOOKED_AT: u64 = 1_000;
+/// A prime above any number of landings that is common, by which they are picked: all points and trials come in turn.
+const STRIDE: u64 = 1_000_000_007;
 
 impl Sweep {
     /// The airspeeds up to which the vehicles of the windy points can land, and how many points have more air (mean, gust and
@@ -22,20 +24,24 @@ impl Sweep {
         if !drawn && !swept && self.scenario(0)?.passing_air_mps() <= 0.0 {
             return Ok(None);
         }
-        let (looked_at, step) = match drawn {
-            true => ("landings", self.landings().div_ceil(LOOKED_AT).max(1)),
-            false => ("points", self.trials()),
+        let (looked_at, what) = match drawn {
+            true if self.landings() > LOOKED_AT => (LOOKED_AT, "landings that were looked at"),
+            true => (self.landings(), "landings"),
+            false => (self.points(), "points"),
         };
         let [mut air, mut thrust, mut descent] = [Span::default(); 3];
-        let [mut beyond_thrust, mut beyond_descent, mut all] = [0_u64; 3];
-        for landing in (0..self.landings()).step_by(usize::try_from(step).unwrap_or(usize::MAX)) {
-            let draws = match drawn {
-                true => self.draws(landing % self.trials()),
-                false => Vec::new(),
+        let [mut beyond_thrust, mut beyond_descent] = [0_u64; 2];
+        for k in 0..looked_at {
+            let (point, draws) = match drawn {
+                true => {
+                    let landing = u128::from(k) * u128::from(STRIDE) % u128::from(self.landings());
+                    let landing = landing as u64;
+                    (landing / self.trials(), self.draws(landing % self.trials()))
+                }
+                false => (k, Vec::new()),
             };
-            let (scenario, _) = self.scenario_with(landing / self.trials(), &draws)?;
+            let (scenario, _) = self.scenario_with(point, &draws)?;
             let air_mps = scenario.passing_air_mps();
-            all += 1;
             let Ok(limits) = scenario.greatest_airspeeds() else {
                 continue;
             };
@@ -50,9 +56,9 @@ impl Sweep {
         Ok(thrust.0.map(|_| {
             format!(
                 "horizontal air with gusts and two standard deviations: {air} m/s. Weight and drag need 0.9 of the \
-                 greatest thrust at {thrust} m/s: {beyond_thrust} of {all} {looked_at} have more, where giving up is right. \
+                 greatest thrust at {thrust} m/s: {beyond_thrust} of {looked_at} {what} have more, where giving up is right. \
                  No descent begins beyond {descent} m/s, by the tilt (control.lander.wind_slope, \
-                 control.horizontal.tilt_limit_rad): {beyond_descent} of {all} {looked_at} have more"
+                 control.horizontal.tilt_limit_rad): {beyond_descent} of {looked_at} {what} have more"
             )
         }))
     }
@@ -105,6 +111,21 @@ mod tests {
         // Three standard deviations of 400 draws are 60 of 800.
         let expected = 800.0 * (1.0 - limit_mps / 36.0);
         assert!((beyond - expected).abs() < 60.0, "{text}");
+        // Of more landings than are looked at, all points and trials: in 1000 points of two trials, both trials.
+        let strengths: Vec<String> = (0..1000)
+            .map(|k| format!("{}", 0.5 + 1e-4 * f64::from(k)))
+            .collect();
+        let file = format!(
+            "trials = 2\nseed = 1\n[grid]\nground_effect_strength = [{}]\n\
+             [random]\n\"wind.steady_mps.0\" = {{ kind = \"choice\", of = [1.0, 30.0] }}\n",
+            strengths.join(", ")
+        );
+        let text = air(&file).unwrap();
+        assert!(
+            text.contains("1.0 to 30.0 m/s")
+                && text.contains(" 500 of 1000 landings that were looked at"),
+            "{text}"
+        );
     }
 
     #[test]

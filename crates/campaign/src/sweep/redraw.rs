@@ -90,7 +90,10 @@ impl Sweep {
     /// meant.
     #[must_use]
     pub fn lift_warning(&self) -> Option<String> {
-        if !self.grid.iter().any(|(key, _)| of_lift(key)) {
+        let swept = self.grid.iter().any(|(key, _)| of_lift(key));
+        // Draws are replaced until all points lift.
+        let drawn = self.random.iter().any(|(key, _)| of_lift(key));
+        if !swept || drawn {
             return None;
         }
         let lifts = (0..self.points()).filter_map(|point| {

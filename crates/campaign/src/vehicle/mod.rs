@@ -141,7 +141,8 @@ impl VehicleSettings {
         let [_, rotor_radius_m, arm_m, _] = preset::STANDARD;
         let width_m = 2.0 * of.radius * rotor_radius_m;
         let apart_m = of.arm * arm_m * self.layout().spacing_of_arm();
-        (apart_m < width_m).then(|| {
+        // Rounding only: discs may touch.
+        (apart_m < width_m * (1.0 - 1e-9)).then(|| {
             format!(
                 "the rotors' discs overlap: neighbouring axes are {apart_m:.3} m apart, discs {width_m:.3} m wide. Are arm_m, \
                  rotor_radius_m and rotors in [vehicle] right?"

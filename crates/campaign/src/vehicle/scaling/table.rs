@@ -198,11 +198,7 @@ pub(super) const TABLE: &[Entry] = &[
         POSITION_WALK,
         Electronics,
     ),
-    entry(
-        "control.relative.barometer.trusted_above_m",
-        LENGTH,
-        Electronics,
-    ),
+    entry("control.relative.barometer.trusted_above_m", LENGTH, AtMost),
     entry("control.relative.barometer.stale_s", TIME, Electronics),
     entry(
         "control.relative.deck.heave_velocity_sd_mps",

@@ -39,14 +39,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             yaw_rad: self.guidance.heading_rad(&mut state.guidance, motion),
             ..target
         };
-        let aside_n = match &state.controller {
-            Some(controller) => controller.disturbance_n,
-            None => {
-                let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
-                state.trim_up * (-weight_n / state.trim_up.z)
-            }
+        let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
+        let trim = state.trim_up;
+        let starts = state.controller.is_none();
+        let controller = self.started(&mut state.controller, motion, state.hover_throttle);
+        if starts {
+            // What the hover in that trim, at the thrust `W cos α`, is in balance with.
+            controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
-        .horizontal();
+        let aside_n = controller.disturbance_n.horizontal();
         let flown = self.track(state, &still, target, dt);
         if let Some(controller) = &mut state.controller {
             let up_n = Vector::UP * controller.disturbance_n.z;
