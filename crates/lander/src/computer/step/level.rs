@@ -48,11 +48,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
         let aside_n = controller.disturbance_n.horizontal();
-        let flown = self.track(state, &still, target, dt);
-        if let Some(controller) = &mut state.controller {
-            let up_n = Vector::UP * controller.disturbance_n.z;
-            controller.disturbance_n = aside_n + up_n;
-        }
-        flown
+        let command = self.controller.step(controller, &still, &target, dt);
+        controller.disturbance_n = aside_n + Vector::UP * controller.disturbance_n.z;
+        (Some(command), Some(target))
     }
 }

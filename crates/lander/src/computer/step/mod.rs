@@ -199,16 +199,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
         let yaw_rad = self.guidance.interrupt(&mut state.guidance, motion);
-        self.track(state, motion, Target { yaw_rad, ..target }, dt)
-    }
-
-    fn track(
-        &self,
-        state: &mut ComputerState<R, G::State>,
-        motion: &Motion<R>,
-        target: Target<R>,
-        dt: R,
-    ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
+        let target = Target { yaw_rad, ..target };
         let controller = self.started(&mut state.controller, motion, state.hover_throttle);
         let command = self.controller.step(controller, motion, &target, dt);
         (Some(command), Some(target))
