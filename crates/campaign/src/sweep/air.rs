@@ -7,7 +7,8 @@ use crate::error::Result;
 
 /// Landings whose draws are looked at, at most: in about a second. A thousand know a share of 5 % to 1.4 %.
 const LOOKED_AT: u64 = 1_000;
-/// A prime above any number of landings that is common, by which they are picked: all points and trials come in turn.
+/// Step between the landings that are looked at. No common number of landings is a multiple of this prime, so all points and
+/// trials come in turn.
 const STRIDE: u64 = 1_000_000_007;
 
 impl Sweep {
@@ -34,8 +35,7 @@ impl Sweep {
         for k in 0..looked_at {
             let (point, draws) = match drawn {
                 true => {
-                    let landing = u128::from(k) * u128::from(STRIDE) % u128::from(self.landings());
-                    let landing = landing as u64;
+                    let landing = k * STRIDE % self.landings();
                     (landing / self.trials(), self.draws(landing % self.trials()))
                 }
                 false => (k, Vec::new()),
