@@ -17,6 +17,13 @@ const COMMITTED: f64 = 6.0;
 /// with the prior of a rough sea. At 1 a vehicle that starts 3.6 m aside hovers where it is.
 const SWAYING: f64 = 3.0;
 
+/// Share of `known_sd_mps` and of `known_sd_m` beyond which the barometer counts also near the deck: before the velocity is unknown, and
+/// when the deck is out of sight. The effects of halving and doubling were not measured.
+const UNSURE_CLIMB: f64 = 0.5;
+const UNSEEN: f64 = 0.3;
+/// Share of the barometer's `trusted_above_m` above which it does: 0.75 m, where the rotors' pressure is 0.12 m of height.
+const UNSURE_ABOVE: f64 = 0.25;
+
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// The estimated motion. The deck counts as at rest horizontally while its velocity
     /// is not known.
@@ -45,6 +52,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// Whether the vertical part of it is known.
     pub(super) fn climb_known(&self, estimate: &RelativeEstimate<R>) -> bool {
         estimate.velocity_sd_mps.z <= self.known_sd_mps
+    }
+
+    /// Whether the barometer counts at any height: of who neither sees the deck nor knows how fast it climbs, and is not known to be low.
+    pub(super) fn needs_barometer(&self, estimate: &RelativeEstimate<R>) -> bool {
+        let height_sd_m = estimate.position_sd_m.z;
+        let least_m = r::<R>(UNSURE_ABOVE) * self.relative.barometer.trusted_above_m;
+        estimate.velocity_sd_mps.z > r::<R>(UNSURE_CLIMB) * self.known_sd_mps
+            && height_sd_m > r::<R>(UNSEEN) * self.known_sd_m
+            && estimate.height_m() + height_sd_m >= least_m
     }
 
     /// Whether position and velocity relative to the deck are known, as a landing

@@ -229,6 +229,12 @@ pub struct ComputerState<R: Real, S> {
     taken_over: Option<Attitude<R>>,
     /// Direction of thrust that holds the vehicle still in the wind, of this step.
     trim_up: Vector<R>,
+    /// The barometer counts at any height.
+    needs_barometer: bool,
+    /// Mean of the observed disturbance while the vehicle knew its velocity, N; none without an observer, and before it has started.
+    steady_n: Option<Vector<R>>,
+    /// Time over which that mean was taken, s.
+    steady_s: R,
     /// Time since the start, s.
     flown_s: R,
     /// How rough the sea is.
@@ -341,6 +347,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             support: Support::default(),
             taken_over: None,
             trim_up: Vector::UP,
+            needs_barometer: false,
+            steady_n: None,
+            steady_s: R::ZERO,
             flown_s: R::ZERO,
             sea: Sea::default(),
             lean: Vector::ZERO,

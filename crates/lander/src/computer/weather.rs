@@ -24,6 +24,10 @@ const LEAN_S: f64 = 2.0;
 /// The effect of halving or doubling was not measured.
 const COURSE_LEAN_S: f64 = 0.7;
 
+/// Memory of the mean disturbance that a vehicle counts on when it no longer knows its velocity, s: long against gusts and its own
+/// motion in the hover.
+const STEADY_S: f64 = 5.0;
+
 /// Distance by which gusts move a vehicle off its axis per slope of the approach, m: 0.07 m at
 /// 10 m/s, two standard deviations. Halved, every second descent at 10 m/s is aborted for it; doubled, the
 /// vehicle lands up to 0.25 m from the centre.
@@ -117,9 +121,33 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) {
         self.take_over(state, attitude);
+        self.remember_disturbance(state, estimate, dt);
         state.trim_up = self.find_trim_up(state);
         self.lean(state, estimate, dt);
         self.watch_sea(state, estimate, dt);
+    }
+
+    /// Takes the mean of the disturbance, of a vehicle that knows its velocity. One that does not know it drifts, and what the observer
+    /// sees is the drag of that drift: to balance it would keep the vehicle drifting.
+    fn remember_disturbance(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        estimate: &RelativeEstimate<R>,
+        dt: R,
+    ) {
+        let Some(controller) = state.controller.as_ref() else {
+            (state.steady_n, state.steady_s) = (None, R::ZERO);
+            return;
+        };
+        if self.controller.observer.is_some() {
+            let now_n = controller.disturbance_n;
+            let steady_n = state.steady_n.get_or_insert(now_n);
+            if self.moves_known(estimate) {
+                state.steady_s = (state.steady_s + dt).min(r(STEADY_S));
+                let share = (dt / state.steady_s).finite_or(R::ZERO);
+                *steady_n += (now_n - *steady_n) * share;
+            }
+        }
     }
 
     /// Moves a hover whose tag is lost upwind and up. The camera of a leaning vehicle looks

@@ -1,15 +1,22 @@
 //! The flight of a vehicle that knows how fast it climbs, and nothing else of its motion.
 
 use crate::computer::{Computer, ComputerState};
-use crate::space_controller::{Motion, SpaceCommand, Target};
+use crate::space_controller::{Motion, SpaceCommand, SpaceControllerState, Target};
 use crate::state_machine::Maneuver;
 use touchdown_flight::ground_effect::GroundEffect;
-use touchdown_flight::real::Real;
+use touchdown_flight::kernel::lag_share;
+use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 
+/// By how much more the vehicle brakes its drift than the air's drag does.
+const DAMPING: f64 = 2.0;
+/// Time constant of the drag that it feels, s: long against vibration, short against the drift, which the drag alone stops in 6 s.
+const FELT_S: f64 = 0.5;
+/// Time of a mean disturbance from which on what is felt beyond it counts as drag, s: in both the inertial unit has the same bias.
+const LEARNED_S: f64 = 1.0;
+
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
-    /// A flight in the world's frame without the horizontal velocity, which counts as zero: the vehicle keeps its trim and drifts. An
-    /// observer would take away what the air's drag feels like, and with it what limits the drift.
+    /// A flight in the world's frame without the horizontal velocity, which counts as zero: the vehicle keeps its trim and drifts.
     #[cold]
     #[inline(never)]
     pub(super) fn fly_level(
@@ -47,9 +54,28 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             // What the hover in that trim, at the thrust `W cos α`, is in balance with.
             controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
-        let aside_n = controller.disturbance_n.horizontal();
+        let steady_n = state.steady_n.unwrap_or(controller.disturbance_n);
+        let aside_n = self.braking_n(controller, motion, (steady_n, state.steady_s), dt);
         let command = self.controller.step(controller, &still, &target, dt);
-        controller.disturbance_n = aside_n + Vector::UP * controller.disturbance_n.z;
+        controller.disturbance_n = aside_n.horizontal() + Vector::UP * controller.disturbance_n.z;
         (Some(command), Some(target))
+    }
+
+    /// The disturbance to balance for a vehicle that does not know its velocity: the steady one, a mean over `steady_s` seconds, less
+    /// [`DAMPING`] times what the drag of its drift adds to it. To balance what is felt, as an observer does, would keep up the drift.
+    pub(super) fn braking_n(
+        &self,
+        controller: &SpaceControllerState<R, G::State>,
+        motion: &Motion<R>,
+        (steady_n, steady_s): (Vector<R>, R),
+        dt: R,
+    ) -> Vector<R> {
+        if !(steady_s >= r(LEARNED_S)) {
+            return steady_n;
+        }
+        let felt_n = self.controller.unexplained_n(controller, motion);
+        let drag_n = (felt_n - steady_n).finite_or(Vector::ZERO);
+        let now_n = controller.disturbance_n;
+        now_n + (steady_n - drag_n * r(DAMPING) - now_n) * lag_share(r(FELT_S), dt)
     }
 }

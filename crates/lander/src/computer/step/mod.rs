@@ -58,6 +58,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
         let knowledge = self.knowledge(state, &estimate, &health);
+        state.needs_barometer = state.flown_s > r(BLIND_START_S) && self.needs_barometer(&estimate);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
         self.watch_weather(state, &estimate, attitude, dt);
@@ -294,8 +295,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.sea.plausible_mps2(ahead_mps2) * slowed.min(R::ONE)
     }
 
-    /// In the trim attitude, at the thrust `W cos α` that holds the height there: drag acts
-    /// in the rotors' plane. With a little more thrust to rise.
+    /// In the trim attitude, at the thrust that has held the height so far, or at the `W cos α` that holds it there: drag acts in the
+    /// rotors' plane. With a little more thrust to rise.
     #[inline(never)]
     fn hover(
         &self,
@@ -306,7 +307,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) -> SpaceCommand<R> {
         let trim = state.trim_up;
         let share = if rises { r(RISE_SHARE) } else { R::ONE };
-        let thrust_n = share * self.controller.mass_kg * self.controller.gravity_mps2 * trim.z;
+        let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
+        let holding_n = match state.steady_n {
+            Some(steady_n) => (weight_n - steady_n.z) / trim.z,
+            None => weight_n * trim.z,
+        };
+        let thrust_n = share * holding_n;
         let yaw_rad = motion.attitude.yaw_rad();
         let attitude = Attitude::from_thrust_direction(trim, yaw_rad)
             .unwrap_or_else(|| Attitude::from_yaw(yaw_rad));
@@ -317,6 +323,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             ..SpaceCommand::default()
         };
         if let Some(controller) = &mut state.controller {
+            if let Some(steady_n) = state.steady_n {
+                let steady = (steady_n, state.steady_s);
+                let aside_n = self.braking_n(controller, motion, steady, dt);
+                controller.disturbance_n = aside_n.horizontal() + Vector::UP * steady_n.z;
+            }
             self.controller.follow(controller, motion, &command, dt);
         }
         command

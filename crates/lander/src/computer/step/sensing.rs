@@ -44,6 +44,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             relative.deck = band;
         }
         self.roughen(state, &mut relative);
+        if state.needs_barometer {
+            relative.barometer.trusted_above_m = r(f64::NEG_INFINITY);
+        }
         relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
         let mistimed = self.estimate_latency(state, sensed.readings, dt);
         let sighting = self.relative.deck_sighting(&state.relative);
