@@ -17,13 +17,11 @@ const LEAST_COMMON_SHARE: f64 = 0.9;
 
 /// What a bank of observers follows, and with which memory.
 #[derive(Clone, Copy)]
-pub(super) struct Follow<R, const D: usize> {
+pub(super) struct Follow<R> {
     /// Memory τ of the observers, s.
     pub(super) memory_s: R,
     /// Readings that come sooner than this after the previous one are left out, s.
     pub(super) spacing_s: R,
-    /// The observed axes of a vector in world axes.
-    pub(super) axes: fn(Vector<R>) -> [R; D],
 }
 
 /// A measured position: the deck's point in body axes, seen from the vehicle's reference point, and the reading's stamped age.
@@ -35,27 +33,36 @@ pub(super) struct Sight<R> {
 
 /// Observer of the position on D axes under one assumed latency.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Hypothesis<R, const D: usize> {
-    /// Age of the position, s.
-    age_s: R,
+struct Track<R, const D: usize> {
     place: [R; D],
     velocity: [R; D],
     bias: [R; D],
-    /// Time since the observer started, s; none before the first reading.
-    followed_s: Option<R>,
+}
+
+/// What an observer's errors add up to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Account<R> {
+    /// Time since the observer started, s; negative before the first reading.
+    followed_s: R,
     /// Sum of squared errors with fading memory, m².
     squares: R,
     /// Number of these errors, with the same memory.
     counted: R,
 }
 
+/// The observers' accounts, from the shortest latency to the longest.
+type Accounts<R> = [Account<R>; HYPOTHESES];
+
 /// The observers, from the shortest latency to the longest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bank<R, const D: usize> {
-    hypotheses: [Hypothesis<R, D>; HYPOTHESES],
+    tracks: [Track<R, D>; HYPOTHESES],
+    accounts: Accounts<R>,
+    /// Stamped age of the last reading, s.
+    age_s: R,
 }
 
-/// What the sums of a bank say.
+/// What the accounts say.
 #[derive(Clone, Copy)]
 pub(super) struct Verdict<R> {
     /// The best latency, in distances between two compared ones.
@@ -72,176 +79,215 @@ pub(super) struct Verdict<R> {
     pub(super) counted: R,
 }
 
+/// A position under an assumed latency, and what the measured acceleration changed in velocity and position since the last one; none
+/// beyond the memory.
+type View<'a, R> = &'a mut dyn FnMut(usize, Vector<R>, Option<[Vector<R>; 2]>);
+
+/// The positions at all latencies, of a reading and the previous one, which is `last_age_s` old.
+#[inline(never)]
+fn look<R: Real, const N: usize, const M: usize>(
+    estimator: &LatencyEstimator<R>,
+    filter: &RelativeFilter<R>,
+    relative: &RelativeState<R, N, M>,
+    sight: Sight<R>,
+    last_age_s: R,
+    view: View<'_, R>,
+) {
+    let mut past = filter.past(relative);
+    for k in 0..HYPOTHESES {
+        let latency_s = estimator.latency(k);
+        let age_s = sight.age_s + latency_s;
+        let place = -past.attitude_at(age_s).rotate(sight.arm_m);
+        view(k, place, past.moved(last_age_s + latency_s, age_s));
+    }
+}
+
 impl<R: Real, const D: usize> Bank<R, D> {
-    pub(super) const fn new() -> Self {
+    pub(super) fn new() -> Self {
         let zeros = [R::ZERO; D];
         Self {
-            hypotheses: [Hypothesis {
-                age_s: R::ZERO,
+            tracks: [Track {
                 place: zeros,
                 velocity: zeros,
                 bias: zeros,
-                followed_s: None,
+            }; HYPOTHESES],
+            accounts: [Account {
+                followed_s: -R::ONE,
                 squares: R::ZERO,
                 counted: R::ZERO,
             }; HYPOTHESES],
+            age_s: R::ZERO,
         }
     }
 
     pub(super) fn age(&mut self, dt: R) {
-        for hypothesis in &mut self.hypotheses {
-            hypothesis.age_s += dt;
-        }
+        self.age_s += dt;
     }
 
-    /// Advances all observers to a reading and adds up their errors. Returns whether the errors count.
-    #[inline(never)]
+    /// Advances all observers to a reading and adds up their errors on the observed `axes` of a vector. Returns whether the errors
+    /// count.
     pub(super) fn compare<const N: usize, const M: usize>(
         &mut self,
         estimator: &LatencyEstimator<R>,
-        follow: &Follow<R, D>,
+        follow: &Follow<R>,
         filter: &RelativeFilter<R>,
         relative: &RelativeState<R, N, M>,
         sight: Sight<R>,
+        axes: fn(Vector<R>) -> [R; D],
     ) -> bool {
         // The interval between readings is the same for all observers.
-        let first = &self.hypotheses[0];
-        let step_s = first.age_s - sight.age_s;
-        if first.followed_s.is_some() && step_s <= follow.spacing_s {
+        let step_s = self.age_s - sight.age_s;
+        let started = self.accounts[0].started();
+        if started && step_s <= follow.spacing_s {
             return false;
         }
-        let gone = R::ONE - (-(step_s / follow.memory_s)).exp();
         let gap = step_s >= follow.memory_s * r(GAP);
-        // Of the memory's filter: for place, velocity and bias.
-        let theta = R::ONE - gone;
-        let gains = [
-            R::ONE - theta * theta * theta,
-            r::<R>(1.5) * gone * gone * (R::ONE + theta) / step_s,
-            gone * gone * gone / (step_s * step_s),
-        ];
+        let gains = gains(step_s, follow.memory_s);
         let mut errors = [R::ZERO; HYPOTHESES];
-        for (k, hypothesis) in self.hypotheses.iter_mut().enumerate() {
-            let age_s = sight.age_s + estimator.latency(k);
-            let attitude = filter.attitude_at(relative, age_s);
-            let place = (follow.axes)(-attitude.rotate(sight.arm_m));
-            let moved = filter.moved(relative, hypothesis.age_s, age_s);
-            let mut next = Hypothesis {
-                age_s,
-                followed_s: hypothesis.followed_s.map(|so_far| so_far + step_s),
-                ..*hypothesis
-            };
-            *hypothesis = match moved.filter(|_| !gap && next.followed_s.is_some()) {
-                Some(moved) => {
-                    errors[k] = next.follow(place, moved.map(follow.axes), step_s, gains);
-                    next
+        let (tracks, accounts) = (&mut self.tracks, &mut self.accounts);
+        let mut view = |k: usize, place: Vector<R>, moved: Option<[Vector<R>; 2]>| {
+            let (track, account) = (&mut tracks[k], &mut accounts[k]);
+            let place = axes(place);
+            if let Some(moved) = moved.filter(|_| !gap && account.started()) {
+                let mut next = *track;
+                errors[k] = next.follow(place, moved.map(axes), step_s, gains);
+                if next.is_finite() {
+                    *track = next;
+                    account.followed_s += step_s;
+                    return;
                 }
-                None => hypothesis.restarted(place, age_s),
-            };
-            if !hypothesis.is_finite() {
-                *hypothesis = hypothesis.restarted(place, age_s);
             }
-        }
-        // While the filter's memory still fills, the other observers start later than the
-        // first: by their latencies plus one interval between readings.
-        let least_s = follow.memory_s * r(SETTLED);
+            *track = Track::at(place);
+            account.followed_s = R::ZERO;
+        };
+        look(estimator, filter, relative, sight, self.age_s, &mut view);
+        self.age_s = sight.age_s;
         let wait_s = estimator.greatest_s + step_s;
-        let counts = self.hypotheses[0].is_settled(least_s + wait_s);
-        if counts {
-            let kept = (-(step_s / estimator.evidence_s)).exp();
-            for (hypothesis, error) in self.hypotheses.iter_mut().zip(errors) {
-                let settled = hypothesis.is_settled(least_s);
-                hypothesis.count(error, settled, kept);
-            }
-        }
-        counts
+        let kept = (-(step_s / estimator.evidence_s)).exp();
+        count(&mut self.accounts, &errors, follow, wait_s, kept)
     }
 
     /// Compares the sums, of which the least is at least the mean squared error `floor_m2`. `believed` is the latency that counts, in
     /// distances between two compared ones. None where too few are comparable.
-    #[inline(never)]
     pub(super) fn verdict(
         &self,
-        follow: &Follow<R, D>,
+        follow: &Follow<R>,
         floor_m2: R,
         believed: R,
     ) -> Option<Verdict<R>> {
-        let counted = self.hypotheses[0].counted;
-        let least_s = follow.memory_s * r(SETTLED);
-        let compared = self
-            .hypotheses
-            .iter()
-            .take_while(|one| {
-                one.is_settled(least_s) && one.counted >= counted * r(LEAST_COMMON_SHARE)
-            })
-            .count();
-        // The parabola needs three points.
-        if compared < 3 {
-            return None;
-        }
-        let last = compared - 1;
-        let mut squares = [R::ZERO; HYPOTHESES];
-        for (mean, one) in squares.iter_mut().zip(&self.hypotheses).take(compared) {
-            *mean = one.squares / one.counted;
-        }
-        let (mut best, mut least) = (0, squares[0]);
-        for (k, &mean) in squares.iter().enumerate().take(compared) {
-            if mean < least {
-                (best, least) = (k, mean);
-            }
-        }
-        let squares = |k: usize| squares.get(k).copied().unwrap_or(least);
-        if best == last && believed > R::from_count(last) {
-            return None;
-        }
-        // At an end of the range the parabola is centred on the next latency inside.
-        let middle = best.max(1).min(last - 1);
-        let (before, after) = (squares(middle - 1), squares(middle + 1));
-        let bend = before + after - squares(middle) - squares(middle);
-        let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
-        let unit = least.max(floor_m2) / counted;
-        let evidence = |squares_m2: R| (squares_m2 - least) / unit;
-        let lower = (0..last)
-            .rfind(|&k| R::from_count(k) <= believed)
-            .unwrap_or(0);
-        let share = (believed - R::from_count(lower)).min(R::ONE);
-        let there = squares(lower) + share * (squares(lower + 1) - squares(lower));
-        Some(Verdict {
-            place: (R::from_count(middle) + offset).clamp(R::ZERO, R::from_count(last)),
-            against_none: evidence(squares(0)),
-            against_believed: evidence(there),
-            ratio: there / least.max(floor_m2),
-            least_m2: least,
-            counted,
-        })
+        verdict(&self.accounts, follow, floor_m2, believed)
     }
 }
 
-impl<R: Real, const D: usize> Hypothesis<R, D> {
-    /// Restarts at a measured position and keeps the sums of errors.
-    fn restarted(&self, place: [R; D], age_s: R) -> Self {
-        Self {
-            age_s,
-            place,
-            velocity: [R::ZERO; D],
-            bias: [R::ZERO; D],
-            followed_s: Some(R::ZERO),
-            ..*self
+/// Gains of the filter of fading memory, for place, velocity and bias.
+fn gains<R: Real>(step_s: R, memory_s: R) -> [R; 3] {
+    let gone = R::ONE - (-(step_s / memory_s)).exp();
+    let theta = R::ONE - gone;
+    [
+        R::ONE - theta * theta * theta,
+        r::<R>(1.5) * gone * gone * (R::ONE + theta) / step_s,
+        gone * gone * gone / (step_s * step_s),
+    ]
+}
+
+/// Counts a reading's squared errors where the observers have forgotten their start; the sums first fade to the share `kept`.
+/// While the relative filter's memory still fills, the other observers start later than the first, by `wait_s`: their latencies plus one
+/// interval between readings. Returns whether the errors count.
+#[inline(never)]
+fn count<R: Real>(
+    accounts: &mut Accounts<R>,
+    errors: &[R; HYPOTHESES],
+    follow: &Follow<R>,
+    wait_s: R,
+    kept: R,
+) -> bool {
+    let least_s = follow.memory_s * r(SETTLED);
+    let counts = accounts[0].is_settled(least_s + wait_s);
+    if counts {
+        for (account, &error) in accounts.iter_mut().zip(errors) {
+            account.squares *= kept;
+            account.counted *= kept;
+            if account.is_settled(least_s) {
+                account.squares += error;
+                account.counted += R::ONE;
+            }
         }
+    }
+    counts
+}
+
+#[inline(never)]
+fn verdict<R: Real>(
+    accounts: &Accounts<R>,
+    follow: &Follow<R>,
+    floor_m2: R,
+    believed: R,
+) -> Option<Verdict<R>> {
+    let counted = accounts[0].counted;
+    let least_s = follow.memory_s * r(SETTLED);
+    let compared = accounts
+        .iter()
+        .take_while(|one| one.is_settled(least_s) && one.counted >= counted * r(LEAST_COMMON_SHARE))
+        .count();
+    // The parabola needs three points.
+    if compared < 3 {
+        return None;
+    }
+    let last = compared - 1;
+    let mut squares = [R::ZERO; HYPOTHESES];
+    for (mean, one) in squares.iter_mut().zip(accounts).take(compared) {
+        *mean = one.squares / one.counted;
+    }
+    let (mut best, mut least) = (0, squares[0]);
+    for (k, &mean) in squares.iter().enumerate().take(compared) {
+        if mean < least {
+            (best, least) = (k, mean);
+        }
+    }
+    let squares = |k: usize| squares.get(k).copied().unwrap_or(least);
+    if best == last && believed > R::from_count(last) {
+        return None;
+    }
+    // At an end of the range the parabola is centred on the next latency inside.
+    let middle = best.max(1).min(last - 1);
+    let (before, after) = (squares(middle - 1), squares(middle + 1));
+    let bend = before + after - squares(middle) - squares(middle);
+    let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
+    let unit = least.max(floor_m2) / counted;
+    let evidence = |squares_m2: R| (squares_m2 - least) / unit;
+    let lower = (0..last)
+        .rfind(|&k| R::from_count(k) <= believed)
+        .unwrap_or(0);
+    let share = (believed - R::from_count(lower)).min(R::ONE);
+    let there = squares(lower) + share * (squares(lower + 1) - squares(lower));
+    Some(Verdict {
+        place: (R::from_count(middle) + offset).clamp(R::ZERO, R::from_count(last)),
+        against_none: evidence(squares(0)),
+        against_believed: evidence(there),
+        ratio: there / least.max(floor_m2),
+        least_m2: least,
+        counted,
+    })
+}
+
+impl<R: Real> Account<R> {
+    fn started(&self) -> bool {
+        self.followed_s >= R::ZERO
     }
 
     /// Whether the observer started at least `least_s` ago.
     fn is_settled(&self, least_s: R) -> bool {
-        self.followed_s.is_some_and(|so_far| so_far >= least_s)
+        self.followed_s >= least_s
     }
+}
 
-    /// Adds the squared error of a reading if it `counts`; the sums first fade to the
-    /// share `kept`.
-    fn count(&mut self, error: R, counts: bool, kept: R) {
-        self.squares *= kept;
-        self.counted *= kept;
-        if counts {
-            self.squares += error;
-            self.counted += R::ONE;
+impl<R: Real, const D: usize> Track<R, D> {
+    /// At rest at a measured position.
+    fn at(place: [R; D]) -> Self {
+        Self {
+            place,
+            velocity: [R::ZERO; D],
+            bias: [R::ZERO; D],
         }
     }
 

@@ -213,9 +213,10 @@ impl<R: Real> LatencyEstimator<R> {
         let follow = Follow {
             memory_s: self.memory_s,
             spacing_s: R::ZERO,
-            axes: |place: Vector<R>| [place.x, place.y],
         };
-        if !state.places.compare(self, &follow, filter, relative, sight) {
+        let axes = |place: Vector<R>| [place.x, place.y];
+        let places = &mut state.places;
+        if !places.compare(self, &follow, filter, relative, sight, axes) {
             return;
         }
         // The mean squared error of two axes is at least the detector's own noise.
@@ -240,11 +241,10 @@ impl<R: Real> LatencyEstimator<R> {
         let follow = Follow {
             memory_s: r::<R>(HEIGHT_MEMORY) * self.memory_s,
             spacing_s: r(HEIGHT_SPACING_S),
-            axes: |place: Vector<R>| [place.z],
         };
-        let counts = state
-            .heights
-            .compare(self, &follow, filter, relative, sight);
+        let axes = |place: Vector<R>| [place.z];
+        let heights = &mut state.heights;
+        let counts = heights.compare(self, &follow, filter, relative, sight, axes);
         if filter.health(relative).diverged {
             state.doubted_s = R::ZERO;
         }

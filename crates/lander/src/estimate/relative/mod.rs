@@ -59,7 +59,7 @@ mod transition;
 
 use belief::{AP, Belief, H, P, VD, VP, VQ, VX, ZQ};
 use health::Monitors;
-use history::{Accounts, History, Insertion, Node};
+use history::{Accounts, History, Insertion, Node, Past};
 
 pub use health::{Health, SensorHealth};
 pub use reading::{
@@ -409,21 +409,15 @@ impl<R: Real> RelativeFilter<R> {
         state: &RelativeState<R, N, M>,
         age_s: R,
     ) -> Attitude<R> {
-        state.history.attitude(age_s - self.imu.delay_s)
+        self.past(state).attitude_at(age_s)
     }
 
-    /// Change of velocity (m/s) and position (m) that the measured acceleration causes
-    /// between `from_s` and `to_s` ago. Gravity is removed, the bias is not. None beyond
-    /// the memory.
-    #[must_use]
-    pub fn moved<const N: usize, const M: usize>(
+    /// A walk back into the time before.
+    pub(crate) fn past<'a, const N: usize, const M: usize>(
         &self,
-        state: &RelativeState<R, N, M>,
-        from_s: R,
-        to_s: R,
-    ) -> Option<[Vector<R>; 2]> {
-        let delay_s = self.imu.delay_s;
-        state.history.moved(from_s - delay_s, to_s - delay_s)
+        state: &'a RelativeState<R, N, M>,
+    ) -> Past<'a, R, N, M> {
+        Past::new(&state.history, self.imu.delay_s)
     }
 
     /// The deck's height from the most precise reading of the last step, for a deck

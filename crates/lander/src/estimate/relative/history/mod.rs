@@ -7,13 +7,17 @@
 //! If the log is full, its oldest reading is dropped. States before that reading can
 //! then not be computed again, so readings that are older are rejected as too old.
 
+mod past;
+
+pub(crate) use past::Past;
+
 use super::DeckSighting;
 use super::RelativeFilter;
 use super::belief::Belief;
 use super::clearer;
 use super::health::{Fate, Monitors};
 use super::reading::{RangeReading, Reading};
-use touchdown_flight::real::{Real, r};
+use touchdown_flight::real::Real;
 use touchdown_flight::space::{Attitude, Vector};
 
 /// The state at the end of a step, and what was measured during the step.
@@ -27,9 +31,6 @@ pub(super) struct Node<R> {
     /// Length of the step before, s.
     pub(super) dt: R,
 }
-
-/// Share of a step below which two times are equal: the rounding of ages in `f32`.
-const ROUNDING: f64 = 1e-5;
 
 /// A reading and its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -269,7 +270,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
     /// Inserts a reading `back` seconds before the newest node.
     #[inline(never)]
     pub(super) fn insert(&mut self, reading: &Reading<R>, back: R) -> Insertion {
-        let place = self.time_at(back);
+        let place = self.time_at(&mut self.now(), back);
         let within = |place: &(u64, R), first: u64| place.0 >= first;
         if !place.is_some_and(|place| within(&place, self.first())) {
             return Insertion::TooOld;
@@ -311,76 +312,6 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         };
         self.dirty = self.dirty.min(from);
         Insertion::Logged
-    }
-
-    /// The node at or before a time, and the time since that node. Times closer to a node
-    /// than rounding count as the node's.
-    fn time_at(&self, back: R) -> Option<(u64, R)> {
-        let mut node = self.head;
-        let mut left = back;
-        if left <= R::ZERO {
-            return Some((node, -left));
-        }
-        loop {
-            let dt = self.nodes[Self::slot(node)].dt;
-            let close = dt * r(ROUNDING);
-            if left <= close {
-                return Some((node, R::ZERO));
-            }
-            if node == self.oldest() {
-                return None;
-            }
-            node -= 1;
-            if left < dt - close {
-                return Some((node, dt - left));
-            }
-            left = (left - dt).max(R::ZERO);
-        }
-    }
-
-    /// The attitude `back` seconds before the newest node, or the oldest known.
-    pub(super) fn attitude(&self, back: R) -> Attitude<R> {
-        let Some((node, offset)) = self.time_at(back.finite_or(R::ZERO).max(R::ZERO)) else {
-            return self.nodes[Self::slot(self.oldest())].attitude;
-        };
-        let here = &self.nodes[Self::slot(node)];
-        if offset > R::ZERO && node < self.head {
-            let after = &self.nodes[Self::slot(node + 1)];
-            here.attitude.between(after.attitude, offset / after.dt)
-        } else {
-            here.attitude
-        }
-    }
-
-    /// Change of velocity and position that the acceleration causes between two times,
-    /// `from` and `to` seconds before the newest node. None beyond the memory. The
-    /// acceleration is held after the newest node.
-    pub(super) fn moved(&self, from: R, to: R) -> Option<[Vector<R>; 2]> {
-        let (mut faster, mut farther) = (Vector::ZERO, Vector::ZERO);
-        let mut add = |acceleration: Vector<R>, start: R, end: R| {
-            let (start, end) = (start.min(from), end.max(to));
-            if start > end {
-                let middle = (start + end) * r(0.5);
-                faster += acceleration * (start - end);
-                farther += acceleration * ((start - end) * (middle - to));
-            }
-        };
-        add(self.newest().acceleration_mps2, R::ZERO, to.min(R::ZERO));
-        let (mut node, mut end) = (self.head, R::ZERO);
-        while end < from {
-            if node == self.oldest() {
-                return None;
-            }
-            let here = &self.nodes[Self::slot(node)];
-            let start = end + here.dt;
-            // A newer node has no part in it.
-            if start > to {
-                add(here.acceleration_mps2, start, end);
-            }
-            end = start;
-            node -= 1;
-        }
-        (from >= to).then_some([faster, farther])
     }
 
     /// Computes the states again from the first changed one.
