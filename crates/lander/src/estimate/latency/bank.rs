@@ -42,7 +42,7 @@ struct Track<R, const D: usize> {
 /// What an observer's errors add up to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Account<R> {
-    /// Time since the observer started, s; negative before the first reading.
+    /// Time since the observer started, s.
     followed_s: R,
     /// Sum of squared errors with fading memory, m².
     squares: R,
@@ -58,6 +58,8 @@ type Accounts<R> = [Account<R>; HYPOTHESES];
 pub(super) struct Bank<R, const D: usize> {
     tracks: [Track<R, D>; HYPOTHESES],
     accounts: Accounts<R>,
+    /// There has been a reading.
+    started: bool,
     /// Stamped age of the last reading, s.
     age_s: R,
 }
@@ -103,7 +105,7 @@ fn look<R: Real, const N: usize, const M: usize>(
 }
 
 impl<R: Real, const D: usize> Bank<R, D> {
-    pub(super) fn new() -> Self {
+    pub(super) const fn new() -> Self {
         let zeros = [R::ZERO; D];
         Self {
             tracks: [Track {
@@ -112,10 +114,11 @@ impl<R: Real, const D: usize> Bank<R, D> {
                 bias: zeros,
             }; HYPOTHESES],
             accounts: [Account {
-                followed_s: -R::ONE,
+                followed_s: R::ZERO,
                 squares: R::ZERO,
                 counted: R::ZERO,
             }; HYPOTHESES],
+            started: false,
             age_s: R::ZERO,
         }
     }
@@ -137,18 +140,17 @@ impl<R: Real, const D: usize> Bank<R, D> {
     ) -> bool {
         // The interval between readings is the same for all observers.
         let step_s = self.age_s - sight.age_s;
-        let started = self.accounts[0].started();
-        if started && step_s <= follow.spacing_s {
+        if self.started && step_s <= follow.spacing_s {
             return false;
         }
-        let gap = step_s >= follow.memory_s * r(GAP);
+        let gap = !self.started || step_s >= follow.memory_s * r(GAP);
         let gains = gains(step_s, follow.memory_s);
         let mut errors = [R::ZERO; HYPOTHESES];
         let (tracks, accounts) = (&mut self.tracks, &mut self.accounts);
         let mut view = |k: usize, place: Vector<R>, moved: Option<[Vector<R>; 2]>| {
             let (track, account) = (&mut tracks[k], &mut accounts[k]);
             let place = axes(place);
-            if let Some(moved) = moved.filter(|_| !gap && account.started()) {
+            if let Some(moved) = moved.filter(|_| !gap) {
                 let mut next = *track;
                 errors[k] = next.follow(place, moved.map(axes), step_s, gains);
                 if next.is_finite() {
@@ -161,7 +163,7 @@ impl<R: Real, const D: usize> Bank<R, D> {
             account.followed_s = R::ZERO;
         };
         look(estimator, filter, relative, sight, self.age_s, &mut view);
-        self.age_s = sight.age_s;
+        (self.started, self.age_s) = (true, sight.age_s);
         let wait_s = estimator.greatest_s + step_s;
         let kept = (-(step_s / estimator.evidence_s)).exp();
         count(&mut self.accounts, &errors, follow, wait_s, kept)
@@ -271,10 +273,6 @@ fn verdict<R: Real>(
 }
 
 impl<R: Real> Account<R> {
-    fn started(&self) -> bool {
-        self.followed_s >= R::ZERO
-    }
-
     /// Whether the observer started at least `least_s` ago.
     fn is_settled(&self, least_s: R) -> bool {
         self.followed_s >= least_s
