@@ -31,12 +31,12 @@ pub(super) struct Sight<R> {
     pub(super) age_s: R,
 }
 
-/// Observer of the position on D axes under one assumed latency.
+/// Observer of the position on two axes under one assumed latency.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Track<R, const D: usize> {
-    place: [R; D],
-    velocity: [R; D],
-    bias: [R; D],
+struct Track<R> {
+    place: [R; 2],
+    velocity: [R; 2],
+    bias: [R; 2],
 }
 
 /// What an observer's errors add up to.
@@ -55,8 +55,8 @@ type Accounts<R> = [Account<R>; HYPOTHESES];
 
 /// The observers, from the shortest latency to the longest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bank<R, const D: usize> {
-    tracks: [Track<R, D>; HYPOTHESES],
+pub(super) struct Bank<R> {
+    tracks: [Track<R>; HYPOTHESES],
     accounts: Accounts<R>,
     /// There has been a reading.
     started: bool,
@@ -104,9 +104,9 @@ fn look<R: Real, const N: usize, const M: usize>(
     }
 }
 
-impl<R: Real, const D: usize> Bank<R, D> {
+impl<R: Real> Bank<R> {
     pub(super) const fn new() -> Self {
-        let zeros = [R::ZERO; D];
+        let zeros = [R::ZERO; 2];
         Self {
             tracks: [Track {
                 place: zeros,
@@ -127,8 +127,9 @@ impl<R: Real, const D: usize> Bank<R, D> {
         self.age_s += dt;
     }
 
-    /// Advances all observers to a reading and adds up their errors on the observed `axes` of a vector. Returns whether the errors
-    /// count.
+    /// Advances all observers to a reading and adds up their errors on the observed `axes` of a vector; one axis alone comes with a zero,
+    /// because two programs for one and two axes would take 1 kB more. Returns whether the errors count.
+    #[inline(never)]
     pub(super) fn compare<const N: usize, const M: usize>(
         &mut self,
         estimator: &LatencyEstimator<R>,
@@ -136,7 +137,7 @@ impl<R: Real, const D: usize> Bank<R, D> {
         filter: &RelativeFilter<R>,
         relative: &RelativeState<R, N, M>,
         sight: Sight<R>,
-        axes: fn(Vector<R>) -> [R; D],
+        axes: fn(Vector<R>) -> [R; 2],
     ) -> bool {
         // The interval between readings is the same for all observers.
         let step_s = self.age_s - sight.age_s;
@@ -279,13 +280,13 @@ impl<R: Real> Account<R> {
     }
 }
 
-impl<R: Real, const D: usize> Track<R, D> {
+impl<R: Real> Track<R> {
     /// At rest at a measured position.
-    fn at(place: [R; D]) -> Self {
+    fn at(place: [R; 2]) -> Self {
         Self {
             place,
-            velocity: [R::ZERO; D],
-            bias: [R::ZERO; D],
+            velocity: [R::ZERO; 2],
+            bias: [R::ZERO; 2],
         }
     }
 
@@ -293,14 +294,14 @@ impl<R: Real, const D: usize> Track<R, D> {
     /// and returns the squared error. The gains are those for place, velocity and bias.
     fn follow(
         &mut self,
-        measured: [R; D],
-        [faster, farther]: [[R; D]; 2],
+        measured: [R; 2],
+        [faster, farther]: [[R; 2]; 2],
         step_s: R,
         [of_place, of_velocity, of_bias]: [R; 3],
     ) -> R {
         let half = r::<R>(0.5);
         let mut squares = R::ZERO;
-        for d in 0..D {
+        for d in 0..2 {
             let (place, velocity, bias) =
                 (&mut self.place[d], &mut self.velocity[d], &mut self.bias[d]);
             *place += (*velocity - *bias * (half * step_s)) * step_s + farther[d];
@@ -315,7 +316,7 @@ impl<R: Real, const D: usize> Track<R, D> {
     }
 
     fn is_finite(&self) -> bool {
-        let finite = |values: &[R; D]| values.iter().all(|value| value.is_finite());
+        let finite = |values: &[R; 2]| values.iter().all(|value| value.is_finite());
         finite(&self.place) && finite(&self.velocity) && finite(&self.bias)
     }
 }

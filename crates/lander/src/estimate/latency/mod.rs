@@ -95,8 +95,8 @@ pub struct LatencyEstimator<R> {
 /// State of a [`LatencyEstimator`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatencyState<R> {
-    places: Bank<R, 2>,
-    heights: Bank<R, 1>,
+    places: Bank<R>,
+    heights: Bank<R>,
     /// Time since the last range, s.
     range_age_s: R,
     /// Time since the estimate of the relative motion diverged, s.
@@ -169,6 +169,10 @@ impl<R: Real> LatencyEstimator<R> {
         state.heights.age(dt);
         state.range_age_s += dt;
         state.doubted_s += dt;
+        // The work of a step stays bounded: another range comes soon.
+        let tagged = readings
+            .iter()
+            .any(|reading| matches!(reading, Reading::Tag(_)));
         for reading in readings.iter().filter(|reading| reading.is_finite()) {
             match reading {
                 Reading::Tag(tag) => {
@@ -192,7 +196,9 @@ impl<R: Real> LatencyEstimator<R> {
                     };
                     let own = model.noise_sd_m + model.noise_share * range.distance_m;
                     let noise_m2 = own * own + model.quantum_m * model.quantum_m * r(1.0 / 12.0);
-                    self.find_by_height(state, filter, relative, (sight, noise_m2));
+                    if !tagged {
+                        self.find_by_height(state, filter, relative, (sight, noise_m2));
+                    }
                 }
                 _ => {}
             }
@@ -242,7 +248,7 @@ impl<R: Real> LatencyEstimator<R> {
             memory_s: r::<R>(HEIGHT_MEMORY) * self.memory_s,
             spacing_s: r(HEIGHT_SPACING_S),
         };
-        let axes = |place: Vector<R>| [place.z];
+        let axes = |place: Vector<R>| [place.z, R::ZERO];
         let heights = &mut state.heights;
         let counts = heights.compare(self, &follow, filter, relative, sight, axes);
         if filter.health(relative).diverged {
