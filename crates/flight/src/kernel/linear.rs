@@ -39,7 +39,12 @@ pub fn lag_share<R: Real>(tau: R, dt: R) -> R {
 
 /// `y' = (target - y) / tau` over `dt`; holds `y` where the result is not finite.
 pub fn lag_step<R: Real>(y: R, target: R, tau: R, dt: R) -> R {
-    (y - (target - y) * (-dt / tau).exp_m1()).finite_or(y)
+    lag_by(y, target, lag_share(tau, dt))
+}
+
+/// A step by a share of the way, as of [`lag_share`]; holds `y` where the result is not finite.
+pub fn lag_by<R: Real>(y: R, target: R, share: R) -> R {
+    (y + (target - y) * share).finite_or(y)
 }
 
 #[cfg(test)]

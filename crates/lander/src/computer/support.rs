@@ -1,6 +1,6 @@
 //! Force of the deck on the legs, from the inertial unit.
 
-use touchdown_flight::kernel::lag_step;
+use touchdown_flight::kernel::{lag_by, lag_share, lag_step};
 use touchdown_flight::real::{Real, r};
 
 /// Time constant of the disturbance before contact, s: a few periods of the loop, short
@@ -54,10 +54,11 @@ impl<R: Real> Support<R> {
         }
         if above_contact_m > r(FREE_M) {
             self.free_n = lag_step(self.free_n, unexplained_n, r(FREE_S), dt);
-            self.mean_n = lag_step(self.mean_n, unexplained_n, r(GUSTS_S), dt);
+            let gusts_share = lag_share(r(GUSTS_S), dt);
+            self.mean_n = lag_by(self.mean_n, unexplained_n, gusts_share);
             // Of the filtered force, without the noise of single samples.
             let gust_n = self.force_n + self.free_n - self.mean_n;
-            self.variance_n2 = lag_step(self.variance_n2, gust_n * gust_n, r(GUSTS_S), dt);
+            self.variance_n2 = lag_by(self.variance_n2, gust_n * gust_n, gusts_share);
         }
         let support_n = unexplained_n - self.free_n;
         self.force_n = lag_step(self.force_n, support_n, r(SUPPORT_S), dt);

@@ -5,7 +5,7 @@ use crate::estimate::relative::RelativeEstimate;
 use crate::space_controller::{Motion, Target, WINDY_TILTED_SHARE};
 use crate::state_machine::Phase;
 use touchdown_flight::ground_effect::GroundEffect;
-use touchdown_flight::kernel::lag_step;
+use touchdown_flight::kernel::{lag_by, lag_share};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
 
@@ -263,7 +263,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else {
             LEAN_S
         };
-        let follow = |now, then| lag_step(now, then, r(lag_s), dt);
+        let share = lag_share(r(lag_s), dt);
+        let follow = |now, then| lag_by(now, then, share);
         state.lean = Vector::new(
             follow(state.lean.x, wanted.x),
             follow(state.lean.y, wanted.y),

@@ -27,7 +27,7 @@ use crate::guidance::Guidance;
 use crate::space_controller::{Motion, Target};
 use crate::state_machine::CALM_MPS;
 use touchdown_flight::ground_effect::GroundEffect;
-use touchdown_flight::kernel::lag_step;
+use touchdown_flight::kernel::{lag_by, lag_share, lag_step};
 use touchdown_flight::real::{Real, r};
 
 // Effects of halving and doubling below that have no number are expected from single flights, not measured.
@@ -228,12 +228,13 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) {
         let sea = &mut state.sea;
-        let fading_mps = lag_step(sea.seen_mps, R::ZERO, r(ROUGH_S), dt);
+        let share = lag_share(r(ROUGH_S), dt);
+        let fading_mps = lag_by(sea.seen_mps, R::ZERO, share);
         let now_mps = estimate.deck_velocity_mps.z.abs();
         sea.seen_mps = fading_mps.max(now_mps.finite_or(R::ZERO));
         if !self.under_way {
             let aside_mps = estimate.deck_velocity_mps.horizontal().norm();
-            let fading_mps = lag_step(sea.swayed_mps, R::ZERO, r(ROUGH_S), dt);
+            let fading_mps = lag_by(sea.swayed_mps, R::ZERO, share);
             sea.swayed_mps = fading_mps.max(aside_mps.finite_or(R::ZERO));
         }
         let most_mps = sea.seen_mps * r(CANCELLING) + r(CANCELLING_MPS);

@@ -5,7 +5,7 @@ use crate::estimate::deck::DeckEstimatorState;
 use crate::estimate::relative::{DeckPrior, RangeReading, Reading};
 use crate::state_machine::Phase;
 use touchdown_flight::ground_effect::GroundEffect;
-use touchdown_flight::kernel::lag_step;
+use touchdown_flight::kernel::{lag_by, lag_share, lag_step};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 
@@ -66,7 +66,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 let filter_s = state.sea.normal_filter_s(self.normal_filter_s);
                 let elapsed_s = state.normal_age_s.min(filter_s);
                 state.normal_age_s = R::ZERO;
-                let follow = |now, seen| lag_step(now, seen, filter_s, elapsed_s);
+                let share = lag_share(filter_s, elapsed_s);
+                let follow = |now, seen| lag_by(now, seen, share);
                 let old = state.normal;
                 state.normal = Vector::new(
                     follow(old.x, normal.x),
