@@ -63,6 +63,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     /// The disturbance to balance for a vehicle that does not know its velocity: the steady one, a mean over `steady_s` seconds, less
     /// [`DAMPING`] times what the drag of its drift adds to it. To balance what is felt, as an observer does, would keep up the drift.
+    #[cold]
+    #[inline(never)]
     pub(super) fn braking_n(
         &self,
         controller: &SpaceControllerState<R, G::State>,

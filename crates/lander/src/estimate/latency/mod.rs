@@ -62,8 +62,8 @@ const HYPOTHESES: usize = 12;
 
 /// Memory of the observers of the height over that of the others: heave is faster than sway.
 const HEIGHT_MEMORY: f64 = 0.8;
-/// Least time between two readings of the height, s: every third one of a range finder at 50 Hz. More tell hardly more.
-const HEIGHT_SPACING_S: f64 = 0.05;
+/// Least time between two readings of the height, s: every fourth one of a range finder at 50 Hz. Twice as many find a latency no sooner.
+const HEIGHT_SPACING_S: f64 = 0.07;
 /// Time without a range from which on the tag's height is followed, s.
 const RANGE_GONE_S: f64 = 0.3;
 
