@@ -231,9 +231,9 @@ pub struct ComputerState<R: Real, S> {
     trim_up: Vector<R>,
     /// The barometer counts at any height.
     needs_barometer: bool,
-    /// Mean of the observed disturbance while the vehicle knew its velocity, N; none without an observer, and before it has started.
-    steady_n: Option<Vector<R>>,
-    /// Time over which that mean was taken, s.
+    /// Mean of the observed disturbance while the vehicle knew its velocity, N.
+    steady_n: Vector<R>,
+    /// Time over which that mean was taken, s; zero without an observer.
     steady_s: R,
     /// Time since the start, s.
     flown_s: R,
@@ -348,7 +348,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             taken_over: None,
             trim_up: Vector::UP,
             needs_barometer: false,
-            steady_n: None,
+            steady_n: Vector::ZERO,
             steady_s: R::ZERO,
             flown_s: R::ZERO,
             sea: Sea::default(),

@@ -135,18 +135,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         estimate: &RelativeEstimate<R>,
         dt: R,
     ) {
-        let Some(controller) = state.controller.as_ref() else {
-            (state.steady_n, state.steady_s) = (None, R::ZERO);
+        let Some(controller) = &state.controller else {
+            state.steady_s = R::ZERO;
             return;
         };
-        if self.controller.observer.is_some() {
-            let now_n = controller.disturbance_n;
-            let steady_n = state.steady_n.get_or_insert(now_n);
-            if self.moves_known(estimate) {
-                state.steady_s = (state.steady_s + dt).min(r(STEADY_S));
-                let share = (dt / state.steady_s).finite_or(R::ZERO);
-                *steady_n += (now_n - *steady_n) * share;
-            }
+        if self.controller.observer.is_some() && self.moves_known(estimate) {
+            state.steady_s = (state.steady_s + dt).min(r(STEADY_S));
+            let share = (dt / state.steady_s).finite_or(R::ZERO);
+            state.steady_n += (controller.disturbance_n - state.steady_n) * share;
         }
     }
 

@@ -12,8 +12,13 @@ use touchdown_flight::space::Vector;
 const DAMPING: f64 = 2.0;
 /// Time constant of the drag that it feels, s: long against vibration, short against the drift, which the drag alone stops in 6 s.
 const FELT_S: f64 = 0.5;
-/// Time of a mean disturbance from which on what is felt beyond it counts as drag, s: in both the inertial unit has the same bias.
+/// Time of a mean disturbance from which on it counts, s. What is felt beyond it is drag: in both the inertial unit has the same bias.
 const LEARNED_S: f64 = 1.0;
+
+/// A mean disturbance over `steady_s` seconds, if that is long enough.
+pub(super) fn learned_n<R: Real>(steady_n: Vector<R>, steady_s: R) -> Option<Vector<R>> {
+    (steady_s >= r(LEARNED_S)).then_some(steady_n)
+}
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// A flight in the world's frame without the horizontal velocity, which counts as zero: the vehicle keeps its trim and drifts.
@@ -54,27 +59,26 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             // What the hover in that trim, at the thrust `W cos α`, is in balance with.
             controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
-        let steady_n = state.steady_n.unwrap_or(controller.disturbance_n);
-        let aside_n = self.braking_n(controller, motion, (steady_n, state.steady_s), dt);
+        let aside_n = learned_n(state.steady_n, state.steady_s)
+            .map_or(controller.disturbance_n, |steady_n| {
+                self.braking_n(controller, motion, steady_n, dt)
+            });
         let command = self.controller.step(controller, &still, &target, dt);
         controller.disturbance_n = aside_n.horizontal() + Vector::UP * controller.disturbance_n.z;
         (Some(command), Some(target))
     }
 
-    /// The disturbance to balance for a vehicle that does not know its velocity: the steady one, a mean over `steady_s` seconds, less
-    /// [`DAMPING`] times what the drag of its drift adds to it. To balance what is felt, as an observer does, would keep up the drift.
+    /// The disturbance to balance for a vehicle that does not know its velocity: the steady one, less what the drag of its drift adds
+    /// to it, [`DAMPING`] times. To balance what is felt, as an observer does, would keep up the drift.
     #[cold]
     #[inline(never)]
     pub(super) fn braking_n(
         &self,
         controller: &SpaceControllerState<R, G::State>,
         motion: &Motion<R>,
-        (steady_n, steady_s): (Vector<R>, R),
+        steady_n: Vector<R>,
         dt: R,
     ) -> Vector<R> {
-        if !(steady_s >= r(LEARNED_S)) {
-            return steady_n;
-        }
         let felt_n = self.controller.unexplained_n(controller, motion);
         let drag_n = (felt_n - steady_n).finite_or(Vector::ZERO);
         let now_n = controller.disturbance_n;

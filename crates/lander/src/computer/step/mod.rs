@@ -308,7 +308,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let trim = state.trim_up;
         let share = if rises { r(RISE_SHARE) } else { R::ONE };
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
-        let holding_n = match state.steady_n {
+        let learned_n = level::learned_n(state.steady_n, state.steady_s);
+        let holding_n = match learned_n {
             Some(steady_n) => (weight_n - steady_n.z) / trim.z,
             None => weight_n * trim.z,
         };
@@ -323,9 +324,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             ..SpaceCommand::default()
         };
         if let Some(controller) = &mut state.controller {
-            if let Some(steady_n) = state.steady_n {
-                let steady = (steady_n, state.steady_s);
-                let aside_n = self.braking_n(controller, motion, steady, dt);
+            if let Some(steady_n) = learned_n {
+                let aside_n = self.braking_n(controller, motion, steady_n, dt);
                 controller.disturbance_n = aside_n.horizontal() + Vector::UP * steady_n.z;
             }
             self.controller.follow(controller, motion, &command, dt);

@@ -22,6 +22,9 @@ pub(super) struct Follow<R> {
     pub(super) memory_s: R,
     /// Readings that come sooner than this after the previous one are left out, s.
     pub(super) spacing_s: R,
+    /// The observed axes of a vector in world axes; one axis alone comes with a zero, because two programs for one and two axes would take
+    /// 1 kB more.
+    pub(super) axes: fn(Vector<R>) -> [R; 2],
 }
 
 /// A measured position: the deck's point in body axes, seen from the vehicle's reference point, and the reading's stamped age.
@@ -127,8 +130,7 @@ impl<R: Real> Bank<R> {
         self.age_s += dt;
     }
 
-    /// Advances all observers to a reading and adds up their errors on the observed `axes` of a vector; one axis alone comes with a zero,
-    /// because two programs for one and two axes would take 1 kB more. Returns whether the errors count.
+    /// Advances all observers to a reading and adds up their errors. Returns whether the errors count.
     #[inline(never)]
     pub(super) fn compare<const N: usize, const M: usize>(
         &mut self,
@@ -137,7 +139,6 @@ impl<R: Real> Bank<R> {
         filter: &RelativeFilter<R>,
         relative: &RelativeState<R, N, M>,
         sight: Sight<R>,
-        axes: fn(Vector<R>) -> [R; 2],
     ) -> bool {
         // The interval between readings is the same for all observers.
         let step_s = self.age_s - sight.age_s;
@@ -150,10 +151,10 @@ impl<R: Real> Bank<R> {
         let (tracks, accounts) = (&mut self.tracks, &mut self.accounts);
         let mut view = |k: usize, place: Vector<R>, moved: Option<[Vector<R>; 2]>| {
             let (track, account) = (&mut tracks[k], &mut accounts[k]);
-            let place = axes(place);
+            let place = (follow.axes)(place);
             if let Some(moved) = moved.filter(|_| !gap) {
                 let mut next = *track;
-                errors[k] = next.follow(place, moved.map(axes), step_s, gains);
+                errors[k] = next.follow(place, moved.map(follow.axes), step_s, gains);
                 if next.is_finite() {
                     *track = next;
                     account.followed_s += step_s;

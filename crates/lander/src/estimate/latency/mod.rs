@@ -180,11 +180,12 @@ impl<R: Real> LatencyEstimator<R> {
                         arm_m: filter.tag.position_m + filter.tag.attitude.rotate(tag.position_m),
                         age_s: tag.age_s,
                     };
-                    self.find_by_place(state, filter, relative, sight);
+                    let own = filter.tag.noise_sd_m * filter.tag.noise_sd_m;
+                    // The mean squared error of two axes is at least the detector's own noise.
+                    self.find(state, filter, relative, sight, (false, own + own));
                     if state.range_age_s > r(RANGE_GONE_S) {
-                        let own = filter.tag.noise_sd_m * filter.tag.noise_sd_m;
                         let noise_m2 = tag.covariance_m2[2][2] + own;
-                        self.find_by_height(state, filter, relative, (sight, noise_m2));
+                        self.find(state, filter, relative, sight, (true, noise_m2));
                     }
                 }
                 Reading::Range(range) => {
@@ -197,7 +198,7 @@ impl<R: Real> LatencyEstimator<R> {
                     let own = model.noise_sd_m + model.noise_share * range.distance_m;
                     let noise_m2 = own * own + model.quantum_m * model.quantum_m * r(1.0 / 12.0);
                     if !tagged {
-                        self.find_by_height(state, filter, relative, (sight, noise_m2));
+                        self.find(state, filter, relative, sight, (true, noise_m2));
                     }
                 }
                 _ => {}
@@ -209,61 +210,52 @@ impl<R: Real> LatencyEstimator<R> {
         self.greatest_s * (R::from_count(k) / R::from_count(HYPOTHESES - 1))
     }
 
-    fn find_by_place<const N: usize, const M: usize>(
+    /// Follows the horizontal position of a tag, or the height of a reading with a noise of the variance `noise_m2`.
+    #[inline(never)]
+    fn find<const N: usize, const M: usize>(
         &self,
         state: &mut LatencyState<R>,
         filter: &RelativeFilter<R>,
         relative: &RelativeState<R, N, M>,
         sight: Sight<R>,
+        (by_height, noise_m2): (bool, R),
     ) {
-        let follow = Follow {
-            memory_s: self.memory_s,
-            spacing_s: R::ZERO,
+        let (bank, follow): (_, Follow<R>) = if by_height {
+            if filter.health(relative).diverged {
+                state.doubted_s = R::ZERO;
+            }
+            let follow = Follow {
+                memory_s: r::<R>(HEIGHT_MEMORY) * self.memory_s,
+                spacing_s: r(HEIGHT_SPACING_S),
+                axes: |place| [place.z, R::ZERO],
+            };
+            (&mut state.heights, follow)
+        } else {
+            let follow = Follow {
+                memory_s: self.memory_s,
+                spacing_s: R::ZERO,
+                axes: |place| [place.x, place.y],
+            };
+            (&mut state.places, follow)
         };
-        let axes = |place: Vector<R>| [place.x, place.y];
-        let places = &mut state.places;
-        if !places.compare(self, &follow, filter, relative, sight, axes) {
-            return;
-        }
-        // The mean squared error of two axes is at least the detector's own noise.
-        let noise = filter.tag.noise_sd_m;
-        let floor = noise * noise + noise * noise;
-        let believed = state.latency_s / self.latency(1);
-        if let Some(verdict) = state.places.verdict(&follow, floor, believed)
-            && verdict.against_none.max(verdict.against_believed) > self.least_evidence
-        {
-            state.latency_s = verdict.place * self.latency(1);
-        }
-    }
-
-    /// By the height, of a reading with a noise of the variance `noise_m2`.
-    fn find_by_height<const N: usize, const M: usize>(
-        &self,
-        state: &mut LatencyState<R>,
-        filter: &RelativeFilter<R>,
-        relative: &RelativeState<R, N, M>,
-        (sight, noise_m2): (Sight<R>, R),
-    ) {
-        let follow = Follow {
-            memory_s: r::<R>(HEIGHT_MEMORY) * self.memory_s,
-            spacing_s: r(HEIGHT_SPACING_S),
-        };
-        let axes = |place: Vector<R>| [place.z, R::ZERO];
-        let heights = &mut state.heights;
-        let counts = heights.compare(self, &follow, filter, relative, sight, axes);
-        if filter.health(relative).diverged {
-            state.doubted_s = R::ZERO;
-        }
-        if !counts || state.doubted_s > r(DOUBTED_S) {
+        let counts = bank.compare(self, &follow, filter, relative, sight);
+        if !counts || (by_height && state.doubted_s > r(DOUBTED_S)) {
             return;
         }
         let believed = state.latency_s / self.latency(1);
-        if let Some(verdict) = state.heights.verdict(&follow, noise_m2, believed)
-            && verdict.counted >= r(LEAST_HEIGHTS)
-            && verdict.against_believed > self.least_evidence
-            && verdict.ratio > r(LEAST_RATIO)
-            && verdict.least_m2 < r::<R>(CLEAR * CLEAR) * noise_m2
-        {
+        let Some(verdict) = bank.verdict(&follow, noise_m2, believed) else {
+            return;
+        };
+        let against_none = if by_height {
+            R::ZERO
+        } else {
+            verdict.against_none
+        };
+        let clear = !by_height
+            || (verdict.counted >= r(LEAST_HEIGHTS)
+                && verdict.ratio > r(LEAST_RATIO)
+                && verdict.least_m2 < r::<R>(CLEAR * CLEAR) * noise_m2);
+        if clear && against_none.max(verdict.against_believed) > self.least_evidence {
             state.latency_s = verdict.place * self.latency(1);
         }
     }
