@@ -54,7 +54,6 @@ use crate::estimate::relative::{Reading, RelativeFilter, RelativeState};
 use touchdown_flight::error::{SettingsError, positive, within};
 use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
-use touchdown_flight::space::Vector;
 
 /// Number of latencies that are compared. With the default range they are 20 ms apart:
 /// less than one camera frame of 30 ms, so that the parabola interpolates well.
@@ -221,7 +220,7 @@ impl<R: Real> LatencyEstimator<R> {
         (by_height, noise_m2): (bool, R),
     ) {
         let (bank, follow): (_, Follow<R>) = if by_height {
-            if filter.health(relative).diverged {
+            if filter.has_diverged(relative) {
                 state.doubted_s = R::ZERO;
             }
             let follow = Follow {

@@ -430,6 +430,17 @@ impl<R: Real> RelativeFilter<R> {
         state.sighting
     }
 
+    /// [`Health::diverged`] alone.
+    pub(crate) fn has_diverged<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+    ) -> bool {
+        let monitors = &state.accounts.monitors;
+        [&monitors.range, &monitors.tag, &monitors.gnss]
+            .iter()
+            .any(|monitor| monitor.has_diverged(&self.gate))
+    }
+
     /// State of the sensors and consistency of the filter.
     #[must_use]
     pub fn health<const N: usize, const M: usize>(
@@ -437,9 +448,6 @@ impl<R: Real> RelativeFilter<R> {
         state: &RelativeState<R, N, M>,
     ) -> Health<R> {
         let monitors = &state.accounts.monitors;
-        let diverged = [&monitors.range, &monitors.tag, &monitors.gnss]
-            .iter()
-            .any(|monitor| monitor.has_diverged(&self.gate));
         Health {
             imu: monitors.imu.health(self.imu.stale_s),
             range: monitors.range.health(self.range.stale_s),
@@ -447,7 +455,7 @@ impl<R: Real> RelativeFilter<R> {
             gnss: monitors.gnss.health(self.gnss.stale_s),
             barometer: monitors.barometer.health(self.barometer.stale_s),
             beacon: monitors.beacon.health(self.beacon.stale_s),
-            diverged,
+            diverged: self.has_diverged(state),
         }
     }
 }
