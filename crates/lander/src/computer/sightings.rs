@@ -10,17 +10,27 @@ const MOST: usize = 64;
 /// later than that, `extra_age_s` grows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sightings<R> {
-    waiting: [Option<DeckSighting<R>>; MOST],
+    /// Those that wait; the age of a free place is minus infinity.
+    waiting: [DeckSighting<R>; MOST],
     /// Additional age at which sightings leave, s.
     extra_age_s: R,
     /// Additional age that sightings with a higher latency require, s.
     wanted_extra_age_s: R,
 }
 
+/// A place in the queue without a sighting.
+fn free<R: Real>() -> DeckSighting<R> {
+    DeckSighting {
+        displacement_m: R::ZERO,
+        sd_m: R::ZERO,
+        age_s: r(f64::NEG_INFINITY),
+    }
+}
+
 impl<R: Real> Default for Sightings<R> {
     fn default() -> Self {
         Self {
-            waiting: [None; MOST],
+            waiting: [free(); MOST],
             extra_age_s: R::ZERO,
             wanted_extra_age_s: R::ZERO,
         }
@@ -34,24 +44,26 @@ impl<R: Real> Sightings<R> {
     /// `extra_age_s` grows.
     pub(super) fn step(&mut self, new: Option<DeckSighting<R>>, age_s: R, dt: R) -> (Option<R>, R) {
         let half = r::<R>(0.5) * dt;
-        for waiting in self.waiting.iter_mut().flatten() {
+        for waiting in &mut self.waiting {
             waiting.age_s += dt;
         }
         if let Some(new) = new {
             if new.age_s > age_s + self.wanted_extra_age_s + half {
                 self.wanted_extra_age_s = new.age_s - age_s;
             }
-            if let Some(free) = self.waiting.iter_mut().find(|w| w.is_none()) {
-                *free = Some(new);
+            let free = |place: &&mut DeckSighting<R>| place.age_s == r(f64::NEG_INFINITY);
+            if let Some(place) = self.waiting.iter_mut().find(free) {
+                *place = new;
             }
         }
         let grown_s = (self.wanted_extra_age_s - self.extra_age_s).min(dt);
         self.extra_age_s += grown_s;
         let due = age_s + self.extra_age_s - half;
         let mut best: Option<DeckSighting<R>> = None;
-        for slot in &mut self.waiting {
-            if let Some(sighting) = slot.filter(|sighting| sighting.age_s >= due) {
-                *slot = None;
+        for place in &mut self.waiting {
+            let sighting = *place;
+            if sighting.age_s >= due {
+                *place = free();
                 // A sighting older than the queue's age waits until that age has grown.
                 if sighting.age_s > due + dt {
                     continue;
@@ -67,7 +79,7 @@ impl<R: Real> Sightings<R> {
     /// Becomes an empty queue in place.
     pub(super) fn reset(&mut self) {
         for waiting in &mut self.waiting {
-            *waiting = None;
+            *waiting = free();
         }
         (self.extra_age_s, self.wanted_extra_age_s) = (R::ZERO, R::ZERO);
     }

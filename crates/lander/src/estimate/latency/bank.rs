@@ -61,9 +61,7 @@ type Accounts<R> = [Account<R>; HYPOTHESES];
 pub(super) struct Bank<R> {
     tracks: [Track<R>; HYPOTHESES],
     accounts: Accounts<R>,
-    /// There has been a reading.
-    started: bool,
-    /// Stamped age of the last reading, s.
+    /// Stamped age of the last reading, s; infinite before the first.
     age_s: R,
 }
 
@@ -108,7 +106,7 @@ fn look<R: Real, const N: usize, const M: usize>(
 }
 
 impl<R: Real> Bank<R> {
-    pub(super) const fn new() -> Self {
+    pub(super) const fn new(age_s: R) -> Self {
         let zeros = [R::ZERO; 2];
         Self {
             tracks: [Track {
@@ -121,8 +119,7 @@ impl<R: Real> Bank<R> {
                 squares: R::ZERO,
                 counted: R::ZERO,
             }; HYPOTHESES],
-            started: false,
-            age_s: R::ZERO,
+            age_s,
         }
     }
 
@@ -142,10 +139,10 @@ impl<R: Real> Bank<R> {
     ) -> bool {
         // The interval between readings is the same for all observers.
         let step_s = self.age_s - sight.age_s;
-        if self.started && step_s <= follow.spacing_s {
+        if step_s <= follow.spacing_s {
             return false;
         }
-        let gap = !self.started || step_s >= follow.memory_s * r(GAP);
+        let gap = step_s >= follow.memory_s * r(GAP);
         let gains = gains(step_s, follow.memory_s);
         let mut errors = [R::ZERO; HYPOTHESES];
         let (tracks, accounts) = (&mut self.tracks, &mut self.accounts);
@@ -165,7 +162,7 @@ impl<R: Real> Bank<R> {
             account.followed_s = R::ZERO;
         };
         look(estimator, filter, relative, sight, self.age_s, &mut view);
-        (self.started, self.age_s) = (true, sight.age_s);
+        self.age_s = sight.age_s;
         let wait_s = estimator.greatest_s + step_s;
         let kept = (-(step_s / estimator.evidence_s)).exp();
         count(&mut self.accounts, &errors, follow, wait_s, kept)

@@ -145,8 +145,8 @@ impl<R: Real> LatencyEstimator<R> {
     #[must_use]
     pub fn initial(&self) -> LatencyState<R> {
         LatencyState {
-            places: Bank::new(),
-            heights: Bank::new(),
+            places: Bank::new(r(f64::INFINITY)),
+            heights: Bank::new(r(f64::INFINITY)),
             range_age_s: r(f64::INFINITY),
             doubted_s: r(f64::INFINITY),
             latency_s: R::ZERO,
