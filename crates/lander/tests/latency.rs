@@ -5,7 +5,9 @@ mod common;
 use common::noise::Noise;
 use touchdown_flight::{Attitude, Real, Vector};
 use touchdown_lander::estimate::latency::{LatencyEstimator, LatencyState};
-use touchdown_lander::estimate::relative::{ImuSample, Reading, RelativeFilter, TagReading};
+use touchdown_lander::estimate::relative::{
+    ImuSample, RangeReading, Reading, RelativeFilter, TagReading,
+};
 
 const DT: f64 = 0.01;
 const G: f64 = 9.81;
@@ -168,6 +170,63 @@ fn analytic_following_a_deck_that_sways_is_no_latency() {
         let found = found::<f64>(&flight, |t| follow(behind_s, t));
         assert_eq!(found, 0.0, "{height_m} {behind_s}");
     }
+}
+
+/// Vertical motion: height above the deck and acceleration of the vehicle.
+fn bounce(t: f64) -> Motion {
+    let w = 7.5;
+    let height = 0.15 * (w * t).sin();
+    (0.8 + height, -w * w * height)
+}
+
+/// A vehicle that follows a deck a tenth of a second behind; the deck heaves by 5 cm at 1 Hz.
+fn follow_heave(t: f64) -> Motion {
+    let w = std::f64::consts::TAU;
+    let (deck, vehicle) = ((w * t).sin(), (w * (t - 0.1)).sin());
+    (0.8 + 0.05 * (vehicle - deck), -w * w * 0.05 * vehicle)
+}
+
+/// The latency that is found in four seconds of this motion by range alone, and whether the relative estimator ever diverged.
+fn found_by_height(late_s: f64, motion: impl Fn(f64) -> Motion) -> (f64, bool) {
+    let age_s = 0.03;
+    let filter = RelativeFilter::default();
+    let estimator = LatencyEstimator::default();
+    let mut relative = filter.initial::<32, 32>();
+    let mut state: LatencyState<f64> = estimator.initial();
+    let mut noise = Noise::new(5);
+    let mut diverged = false;
+    for step in 1..=400 {
+        let t = DT * f64::from(step);
+        let imu = ImuSample {
+            specific_force_mps2: Vector::UP * (G + motion(t).1),
+            attitude: Attitude::LEVEL,
+        };
+        // A range every second step.
+        let seen = (step % 2 == 0).then(|| {
+            let height_m = motion(t - age_s - late_s).0 + 0.005 * noise.normal();
+            Reading::Range(RangeReading::level(height_m, age_s))
+        });
+        filter.step(&mut relative, &imu, seen.as_slice(), DT);
+        estimator.step(&mut state, &filter, &relative, seen.as_slice(), DT);
+        diverged |= filter.health(&relative).diverged;
+    }
+    (state.latency_s(), diverged)
+}
+
+#[test]
+fn analytic_old_heights_tell_the_delay_where_the_estimate_diverges() {
+    for late_s in [0.1, 0.15, 0.2] {
+        let (found, diverged) = found_by_height(late_s, bounce);
+        assert!(diverged, "{late_s}");
+        // Half of the distance between two compared latencies.
+        assert!((found - late_s).abs() < 0.01, "{late_s} {found}");
+    }
+    assert_eq!(found_by_height(0.0, bounce), (0.0, false));
+}
+
+#[test]
+fn analytic_following_a_deck_that_heaves_fast_is_no_latency() {
+    assert_eq!(found_by_height(0.0, follow_heave), (0.0, false));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Vehicles that see neither the deck nor satellites.
 
 use touchdown_lander::state_machine::Reason;
+use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
 use touchdown_sim::landing::space::{
     FaultClock, SpaceLander, SpaceOutcome, SpaceScenario, TimeSpan,
 };
@@ -37,4 +38,39 @@ fn prop_who_knows_only_how_fast_it_climbs_climbs_and_gives_up() {
             assert!(drift_mps < 0.5, "{trial}: {drift_mps} m/s");
         }
     }
+}
+
+#[test]
+fn prop_who_loses_sight_of_a_sea_stays_near_and_above_it() {
+    let mut scenario = SpaceScenario {
+        deck: RigidMotion::Sea(SeaSettings::default()),
+        timeout_s: 60.0,
+        ..SpaceScenario::default()
+    };
+    scenario.sensors.with_gnss = false;
+    scenario.faults.since = FaultClock::Start;
+    scenario.faults.tag_lost = vec![TimeSpan {
+        from_s: 8.0,
+        to_s: 1e3,
+    }];
+    let lander = SpaceLander::new(&scenario).unwrap();
+    let mut unseeing = 0;
+    for trial in 0..40 {
+        let landing = lander.land(trial, 31, true).unwrap();
+        if matches!(landing.outcome, SpaceOutcome::Landed { .. }) {
+            continue;
+        }
+        let reason = Some(Reason::TagLost);
+        assert_eq!(landing.outcome, SpaceOutcome::GivenUp { reason }, "{trial}");
+        unseeing += 1;
+        let rows = landing.trace.unwrap().rows;
+        let [first, last] = [rows.first(), rows.last()].map(|row| row.unwrap().position_m);
+        // It brakes its drift by the drag that it feels: in 30 s it comes as far as errors of the accelerometer of 0.03 m/s² let it. One
+        // that balances what it felt when it lost sight flies away, up to 20 m.
+        let drift_m = (last[0] - first[0]).hypot(last[1] - first[1]);
+        assert!(drift_m < 8.0, "{trial}: {drift_m} m");
+        // By the barometer, a metre or less below the safe height.
+        assert!(last[2] > 1.5, "{trial}: {} m", last[2]);
+    }
+    assert!(unseeing >= 8, "{unseeing} saw nothing");
 }
