@@ -1,5 +1,6 @@
 //! Checks whether an estimate is precise enough, and the restart of the estimator.
 
+use super::step::BLIND_START_S;
 use super::{Computer, ComputerState};
 use crate::estimate::relative::{Health, RelativeEstimate};
 use crate::space_controller::Motion;
@@ -55,10 +56,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// Whether the barometer counts at any height: of who neither sees the deck nor knows how fast it climbs, and is not known to be low.
-    pub(super) fn needs_barometer(&self, estimate: &RelativeEstimate<R>) -> bool {
+    pub(super) fn needs_barometer(
+        &self,
+        state: &ComputerState<R, G::State>,
+        estimate: &RelativeEstimate<R>,
+    ) -> bool {
         let height_sd_m = estimate.position_sd_m.z;
         let least_m = r::<R>(UNSURE_ABOVE) * self.relative.barometer.trusted_above_m;
-        estimate.velocity_sd_mps.z > r::<R>(UNSURE_CLIMB) * self.known_sd_mps
+        state.flown_s > r(BLIND_START_S)
+            && estimate.velocity_sd_mps.z > r::<R>(UNSURE_CLIMB) * self.known_sd_mps
             && height_sd_m > r::<R>(UNSEEN) * self.known_sd_m
             && estimate.height_m() + height_sd_m >= least_m
     }

@@ -22,7 +22,7 @@ use touchdown_flight::space::{Attitude, Vector};
 /// Time from the start after which the vehicle's own velocity suffices to control it, s: several
 /// readings of every sensor. In that time a wind that changes by 1 m/s moves it by 5 cm. Halved, a deck
 /// that is seen late is not followed from the start; doubled, gusts push the vehicle farther.
-const BLIND_START_S: f64 = 0.5;
+pub(super) const BLIND_START_S: f64 = 0.5;
 
 /// Time without a sample of the inertial unit after which velocities are no longer followed, s: an acceleration that was
 /// held for it is wrong by 1 m/s², the velocity by 0.3 m/s, as much as a known one may be. Until then a gap is bridged.
@@ -58,7 +58,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
         let knowledge = self.knowledge(state, &estimate, &health);
-        state.needs_barometer = state.flown_s > r(BLIND_START_S) && self.needs_barometer(&estimate);
+        state.needs_barometer = self.needs_barometer(state, &estimate);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
         self.watch_weather(state, &estimate, attitude, dt);
