@@ -58,7 +58,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
         let knowledge = self.knowledge(state, &estimate, &health);
-        state.needs_barometer = self.needs_barometer(state, &estimate);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
         self.watch_weather(state, &estimate, attitude, dt);
