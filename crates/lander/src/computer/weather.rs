@@ -111,7 +111,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         r::<R>(SINK_PER_SLOPE) * most_mps * beyond.max(R::ZERO)
     }
 
-    /// Follows wind and sea, and whether the barometer is needed.
+    /// Follows wind and sea.
     #[inline(never)]
     pub(super) fn watch_weather(
         &self,
@@ -120,7 +120,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         attitude: Attitude<R>,
         dt: R,
     ) {
-        state.needs_barometer = self.needs_barometer(state, estimate);
         self.take_over(state, attitude);
         self.remember_disturbance(state, estimate, dt);
         state.trim_up = self.find_trim_up(state);

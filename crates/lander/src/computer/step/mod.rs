@@ -142,10 +142,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     fn knowledge(
         &self,
-        state: &ComputerState<R, G::State>,
+        state: &mut ComputerState<R, G::State>,
         estimate: &RelativeEstimate<R>,
         health: &Health<R>,
     ) -> Knowledge<R> {
+        state.needs_barometer = self.needs_barometer(state, estimate);
         Knowledge {
             position: self.knows_enough(state, estimate),
             velocity: self.moves_known(estimate),
