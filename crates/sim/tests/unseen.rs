@@ -65,7 +65,7 @@ fn prop_who_loses_sight_of_a_sea_stays_near_and_above_it() {
         unseeing += 1;
         let rows = landing.trace.unwrap().rows;
         let [first, last] = [rows.first(), rows.last()].map(|row| row.unwrap().position_m);
-        // It brakes its drift by the drag that it feels: in 30 s it comes as far as errors of the accelerometer of 0.03 m/s² let it. One
+        // It balances the mean disturbance of the last seconds, whose error the air's drag limits: 0.05 N are 0.25 m/s, in 30 s 7 m. One
         // that balances what it felt when it lost sight flies away, up to 20 m.
         let drift_m = (last[0] - first[0]).hypot(last[1] - first[1]);
         assert!(drift_m < 8.0, "{trial}: {drift_m} m");

@@ -26,7 +26,7 @@ const COURSE_LEAN_S: f64 = 0.7;
 
 /// Memory of the mean disturbance that a vehicle counts on when it no longer knows its velocity, s: long against gusts and its own
 /// motion in the hover.
-const STEADY_S: f64 = 5.0;
+const STEADY_S: f64 = 10.0;
 
 /// Distance by which gusts move a vehicle off its axis per slope of the approach, m: 0.07 m at
 /// 10 m/s, two standard deviations. Halved, every second descent at 10 m/s is aborted for it; doubled, the

@@ -1,18 +1,13 @@
 //! The flight of a vehicle that knows how fast it climbs, and nothing else of its motion.
 
 use crate::computer::{Computer, ComputerState};
-use crate::space_controller::{Motion, SpaceCommand, SpaceControllerState, Target};
+use crate::space_controller::{Motion, SpaceCommand, Target};
 use crate::state_machine::Maneuver;
 use touchdown_flight::ground_effect::GroundEffect;
-use touchdown_flight::kernel::lag_share;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 
-/// By how much more the vehicle brakes its drift than the air's drag does.
-const DAMPING: f64 = 2.0;
-/// Time constant of the drag that it feels, s: long against vibration, short against the drift, which the drag alone stops in 6 s.
-const FELT_S: f64 = 0.5;
-/// Time of a mean disturbance from which on it counts, s. What is felt beyond it is drag: in both the inertial unit has the same bias.
+/// Time of a mean disturbance from which on it counts, s: some swings of the hover.
 const LEARNED_S: f64 = 1.0;
 
 /// A mean disturbance over `steady_s` seconds, if that is long enough.
@@ -21,7 +16,8 @@ pub(super) fn learned_n<R: Real>(steady_n: Vector<R>, steady_s: R) -> Option<Vec
 }
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
-    /// A flight in the world's frame without the horizontal velocity, which counts as zero: the vehicle keeps its trim and drifts.
+    /// A flight in the world's frame without the horizontal velocity, which counts as zero: the vehicle keeps its mean trim and drifts. An
+    /// observer would take away what the air's drag feels like, and with it what limits the drift.
     #[cold]
     #[inline(never)]
     pub(super) fn fly_level(
@@ -59,29 +55,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             // What the hover in that trim, at the thrust `W cos α`, is in balance with.
             controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
-        let aside_n = learned_n(state.steady_n, state.steady_s)
-            .map_or(controller.disturbance_n, |steady_n| {
-                self.braking_n(controller, motion, steady_n, dt)
-            });
+        let learned_n = learned_n(state.steady_n, state.steady_s);
+        let aside_n = learned_n.unwrap_or(controller.disturbance_n);
         let command = self.controller.step(controller, &still, &target, dt);
         controller.disturbance_n = aside_n.horizontal() + Vector::UP * controller.disturbance_n.z;
         (Some(command), Some(target))
-    }
-
-    /// The disturbance to balance for a vehicle that does not know its velocity: the steady one, less what the drag of its drift adds
-    /// to it, [`DAMPING`] times. To balance what is felt, as an observer does, would keep up the drift.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn braking_n(
-        &self,
-        controller: &SpaceControllerState<R, G::State>,
-        motion: &Motion<R>,
-        steady_n: Vector<R>,
-        dt: R,
-    ) -> Vector<R> {
-        let felt_n = self.controller.unexplained_n(controller, motion);
-        let drag_n = (felt_n - steady_n).finite_or(Vector::ZERO);
-        let now_n = controller.disturbance_n;
-        now_n + (steady_n - drag_n * r(DAMPING) - now_n) * lag_share(r(FELT_S), dt)
     }
 }

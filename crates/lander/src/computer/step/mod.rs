@@ -324,10 +324,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             ..SpaceCommand::default()
         };
         if let Some(controller) = &mut state.controller {
-            if let Some(steady_n) = learned_n {
-                let aside_n = self.braking_n(controller, motion, steady_n, dt);
-                controller.disturbance_n = aside_n.horizontal() + Vector::UP * steady_n.z;
-            }
+            controller.disturbance_n = learned_n.unwrap_or(controller.disturbance_n);
             self.controller.follow(controller, motion, &command, dt);
         }
         command
