@@ -29,8 +29,8 @@
 //!   relative to the deck are below `known_sd_m` and `known_sd_mps`. Otherwise the state
 //!   machine gets the same report as after a divergence. Until the estimate is first
 //!   known, the vehicle keeps the attitude of the flight before at the thrust of its
-//!   weight. If its own velocity is not known later, it does so in the trim attitude, level
-//!   without wind. From 0.5 s on its own velocity suffices to climb away. After 0.3 s without
+//!   weight. If its own velocity is not known later, it balances the mean disturbance of the last 10 s, in the trim attitude that follows,
+//!   level without wind. From 0.5 s on its own velocity suffices to climb away. After 0.3 s without
 //!   the inertial unit it hovers as well, with a little more thrust at first, so that it
 //!   rises. Models of rotors and ground effect run on.
 //! * **A diverged estimator** restarts after `restart_s`. If it knew the vehicle's own
@@ -39,6 +39,7 @@
 //! * **Without satellites** the vehicle's own horizontal velocity becomes uncertain; a
 //!   landing does not need it. Beyond `known_sd_mps` the deck counts as at rest
 //!   horizontally, so that a go-around climbs straight up.
+//! * **The barometer** counts near the deck as well, for who neither sees the deck nor knows how fast it climbs.
 //! * **A deck under way** is followed in every phase ([`Computer::under_way`]): its horizontal acceleration is fed
 //!   forward, and a flight in the world's frame keeps the deck's last known velocity.
 //! * **A deck that is not below** is sought ([`Seek`]), if the settings say so.
