@@ -204,7 +204,9 @@ fn found_by_height(late_s: f64, motion: impl Fn(f64) -> Motion) -> (f64, bool) {
         // A range every second step.
         let seen = (step % 2 == 0).then(|| {
             let height_m = motion(t - age_s - late_s).0 + 0.005 * noise.normal();
-            Reading::Range(RangeReading::level(height_m, age_s))
+            // Every tenth reading says that there was no echo.
+            let distance_m = if step % 20 == 0 { 60.0 } else { height_m };
+            Reading::Range(RangeReading::level(distance_m, age_s))
         });
         filter.step(&mut relative, &imu, seen.as_slice(), DT);
         estimator.step(&mut state, &filter, &relative, seen.as_slice(), DT);

@@ -27,11 +27,13 @@ pub(super) struct Follow<R> {
     pub(super) axes: fn(Vector<R>) -> [R; 2],
 }
 
-/// A measured position: the deck's point in body axes, seen from the vehicle's reference point, and the reading's stamped age.
+/// A measured position: the deck's point in body axes, seen from the vehicle's reference point, the reading's stamped age, and the
+/// least mean squared error on the axes that are followed.
 #[derive(Clone, Copy)]
 pub(super) struct Sight<R> {
     pub(super) arm_m: Vector<R>,
     pub(super) age_s: R,
+    pub(super) noise_m2: R,
 }
 
 /// Observer of the position on two axes under one assumed latency.
@@ -42,7 +44,7 @@ struct Track<R> {
     bias: [R; 2],
 }
 
-/// What an observer's errors add up to.
+/// Sums of an observer's errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Account<R> {
     /// Time since the observer started, s.
@@ -65,7 +67,7 @@ pub(super) struct Bank<R> {
     age_s: R,
 }
 
-/// What the accounts say.
+/// Comparison of the assumed latencies.
 #[derive(Clone, Copy)]
 pub(super) struct Verdict<R> {
     /// The best latency, in distances between two compared ones.
@@ -80,29 +82,6 @@ pub(super) struct Verdict<R> {
     pub(super) least_m2: R,
     /// Number of errors that it is a mean of.
     pub(super) counted: R,
-}
-
-/// A position under an assumed latency, and what the measured acceleration changed in velocity and position since the last one; none
-/// beyond the memory.
-type View<'a, R> = &'a mut dyn FnMut(usize, Vector<R>, Option<[Vector<R>; 2]>);
-
-/// The positions at all latencies, of a reading and the previous one, which is `last_age_s` old.
-#[inline(never)]
-fn look<R: Real, const N: usize, const M: usize>(
-    estimator: &LatencyEstimator<R>,
-    filter: &RelativeFilter<R>,
-    relative: &RelativeState<R, N, M>,
-    sight: Sight<R>,
-    last_age_s: R,
-    view: View<'_, R>,
-) {
-    let mut past = filter.past(relative);
-    for k in 0..HYPOTHESES {
-        let latency_s = estimator.latency(k);
-        let age_s = sight.age_s + latency_s;
-        let place = -past.attitude_at(age_s).rotate(sight.arm_m);
-        view(k, place, past.moved(last_age_s + latency_s, age_s));
-    }
 }
 
 impl<R: Real> Bank<R> {
@@ -145,23 +124,24 @@ impl<R: Real> Bank<R> {
         let gap = step_s >= follow.memory_s * r(GAP);
         let gains = gains(step_s, follow.memory_s);
         let mut errors = [R::ZERO; HYPOTHESES];
-        let (tracks, accounts) = (&mut self.tracks, &mut self.accounts);
-        let mut view = |k: usize, place: Vector<R>, moved: Option<[Vector<R>; 2]>| {
-            let (track, account) = (&mut tracks[k], &mut accounts[k]);
-            let place = (follow.axes)(place);
-            if let Some(moved) = moved.filter(|_| !gap) {
-                let mut next = *track;
-                errors[k] = next.follow(place, moved.map(follow.axes), step_s, gains);
-                if next.is_finite() {
-                    *track = next;
-                    account.followed_s += step_s;
-                    return;
+        let mut past = filter.past(relative);
+        let observers = self.tracks.iter_mut().zip(&mut self.accounts);
+        for (k, ((track, account), error)) in observers.zip(&mut errors).enumerate() {
+            let latency_s = estimator.latency(k);
+            let age_s = sight.age_s + latency_s;
+            let place = (follow.axes)(-past.attitude_at(age_s).rotate(sight.arm_m));
+            let moved = past.moved(self.age_s + latency_s, age_s).filter(|_| !gap);
+            let mut next = Track::at(place);
+            let mut followed_s = R::ZERO;
+            if let Some(moved) = moved {
+                let mut followed = *track;
+                *error = followed.follow(place, moved.map(follow.axes), step_s, gains);
+                if followed.is_finite() {
+                    (next, followed_s) = (followed, account.followed_s + step_s);
                 }
             }
-            *track = Track::at(place);
-            account.followed_s = R::ZERO;
-        };
-        look(estimator, filter, relative, sight, self.age_s, &mut view);
+            (*track, account.followed_s) = (next, followed_s);
+        }
         self.age_s = sight.age_s;
         let wait_s = estimator.greatest_s + step_s;
         let kept = (-(step_s / estimator.evidence_s)).exp();
@@ -170,13 +150,61 @@ impl<R: Real> Bank<R> {
 
     /// Compares the sums, of which the least is at least the mean squared error `floor_m2`. `believed` is the latency that counts, in
     /// distances between two compared ones. None where too few are comparable.
+    #[inline(never)]
     pub(super) fn verdict(
         &self,
         follow: &Follow<R>,
         floor_m2: R,
         believed: R,
     ) -> Option<Verdict<R>> {
-        verdict(&self.accounts, follow, floor_m2, believed)
+        let counted = self.accounts[0].counted;
+        let least_s = follow.memory_s * r(SETTLED);
+        let compared = self
+            .accounts
+            .iter()
+            .take_while(|one| {
+                one.is_settled(least_s) && one.counted >= counted * r(LEAST_COMMON_SHARE)
+            })
+            .count();
+        // The parabola needs three points.
+        if compared < 3 {
+            return None;
+        }
+        let last = compared - 1;
+        let mut squares = [R::ZERO; HYPOTHESES];
+        for (mean, one) in squares.iter_mut().zip(&self.accounts).take(compared) {
+            *mean = one.squares / one.counted;
+        }
+        let (mut best, mut least) = (0, squares[0]);
+        for (k, &mean) in squares.iter().enumerate().take(compared) {
+            if mean < least {
+                (best, least) = (k, mean);
+            }
+        }
+        let squares = |k: usize| squares.get(k).copied().unwrap_or(least);
+        if best == last && believed > R::from_count(last) {
+            return None;
+        }
+        // At an end of the range the parabola is centred on the next latency inside.
+        let middle = best.max(1).min(last - 1);
+        let (before, after) = (squares(middle - 1), squares(middle + 1));
+        let bend = before + after - squares(middle) - squares(middle);
+        let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
+        let unit = least.max(floor_m2) / counted;
+        let evidence = |squares_m2: R| (squares_m2 - least) / unit;
+        let lower = (0..last)
+            .rfind(|&k| R::from_count(k) <= believed)
+            .unwrap_or(0);
+        let share = (believed - R::from_count(lower)).min(R::ONE);
+        let there = squares(lower) + share * (squares(lower + 1) - squares(lower));
+        Some(Verdict {
+            place: (R::from_count(middle) + offset).clamp(R::ZERO, R::from_count(last)),
+            against_none: evidence(squares(0)),
+            against_believed: evidence(there),
+            ratio: there / least.max(floor_m2),
+            least_m2: least,
+            counted,
+        })
     }
 }
 
@@ -215,60 +243,6 @@ fn count<R: Real>(
         }
     }
     counts
-}
-
-#[inline(never)]
-fn verdict<R: Real>(
-    accounts: &Accounts<R>,
-    follow: &Follow<R>,
-    floor_m2: R,
-    believed: R,
-) -> Option<Verdict<R>> {
-    let counted = accounts[0].counted;
-    let least_s = follow.memory_s * r(SETTLED);
-    let compared = accounts
-        .iter()
-        .take_while(|one| one.is_settled(least_s) && one.counted >= counted * r(LEAST_COMMON_SHARE))
-        .count();
-    // The parabola needs three points.
-    if compared < 3 {
-        return None;
-    }
-    let last = compared - 1;
-    let mut squares = [R::ZERO; HYPOTHESES];
-    for (mean, one) in squares.iter_mut().zip(accounts).take(compared) {
-        *mean = one.squares / one.counted;
-    }
-    let (mut best, mut least) = (0, squares[0]);
-    for (k, &mean) in squares.iter().enumerate().take(compared) {
-        if mean < least {
-            (best, least) = (k, mean);
-        }
-    }
-    let squares = |k: usize| squares.get(k).copied().unwrap_or(least);
-    if best == last && believed > R::from_count(last) {
-        return None;
-    }
-    // At an end of the range the parabola is centred on the next latency inside.
-    let middle = best.max(1).min(last - 1);
-    let (before, after) = (squares(middle - 1), squares(middle + 1));
-    let bend = before + after - squares(middle) - squares(middle);
-    let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
-    let unit = least.max(floor_m2) / counted;
-    let evidence = |squares_m2: R| (squares_m2 - least) / unit;
-    let lower = (0..last)
-        .rfind(|&k| R::from_count(k) <= believed)
-        .unwrap_or(0);
-    let share = (believed - R::from_count(lower)).min(R::ONE);
-    let there = squares(lower) + share * (squares(lower + 1) - squares(lower));
-    Some(Verdict {
-        place: (R::from_count(middle) + offset).clamp(R::ZERO, R::from_count(last)),
-        against_none: evidence(squares(0)),
-        against_believed: evidence(there),
-        ratio: there / least.max(floor_m2),
-        least_m2: least,
-        counted,
-    })
 }
 
 impl<R: Real> Account<R> {

@@ -70,11 +70,20 @@ const RANGE_GONE_S: f64 = 0.3;
 const DOUBTED_S: f64 = 2.0;
 /// Least number of heights that tell a latency.
 const LEAST_HEIGHTS: f64 = 8.0;
-/// Least ratio of the mean squared errors of the believed latency and of the best one by the height. Followed late, a deck that heaves
-/// by 0.05 m at 1 Hz comes to 1.8 within seconds.
+/// Least ratio of the mean squared errors of the believed latency and of the best one by the height, so that only a violent swing counts.
+/// The effects of halving and doubling were not measured.
 const LEAST_RATIO: f64 = 2.5;
 /// Greatest error of the height that a latency explains, over the reading's noise: more is the deck's heave.
 const CLEAR: f64 = 2.5;
+
+/// What tells a latency.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Clue {
+    /// The horizontal position of a tag.
+    Place,
+    /// The height.
+    Height,
+}
 
 /// Estimator of an unknown latency; see the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,29 +184,30 @@ impl<R: Real> LatencyEstimator<R> {
         for reading in readings.iter().filter(|reading| reading.is_finite()) {
             match reading {
                 Reading::Tag(tag) => {
-                    let sight = Sight {
+                    // The mean squared error of two axes is at least the detector's own noise.
+                    let own = filter.tag.noise_sd_m * filter.tag.noise_sd_m;
+                    let mut sight = Sight {
                         arm_m: filter.tag.position_m + filter.tag.attitude.rotate(tag.position_m),
                         age_s: tag.age_s,
+                        noise_m2: own + own,
                     };
-                    let own = filter.tag.noise_sd_m * filter.tag.noise_sd_m;
-                    // The mean squared error of two axes is at least the detector's own noise.
-                    self.find(state, filter, relative, sight, (false, own + own));
+                    self.find(state, filter, relative, sight, Clue::Place);
                     if state.range_age_s > r(RANGE_GONE_S) {
-                        let noise_m2 = tag.covariance_m2[2][2] + own;
-                        self.find(state, filter, relative, sight, (true, noise_m2));
+                        sight.noise_m2 = tag.covariance_m2[2][2] + own;
+                        self.find(state, filter, relative, sight, Clue::Height);
                     }
                 }
-                Reading::Range(range) => {
+                Reading::Range(range) if filter.range.reaches(range.distance_m) => {
                     state.range_age_s = R::ZERO;
                     let model = &filter.range;
+                    let own = model.noise_sd_m + model.noise_share * range.distance_m;
                     let sight = Sight {
                         arm_m: model.position_m + model.direction * range.distance_m,
                         age_s: range.age_s,
+                        noise_m2: own * own + model.quantum_m * model.quantum_m * r(1.0 / 12.0),
                     };
-                    let own = model.noise_sd_m + model.noise_share * range.distance_m;
-                    let noise_m2 = own * own + model.quantum_m * model.quantum_m * r(1.0 / 12.0);
                     if !tagged {
-                        self.find(state, filter, relative, sight, (true, noise_m2));
+                        self.find(state, filter, relative, sight, Clue::Height);
                     }
                 }
                 _ => {}
@@ -209,7 +219,7 @@ impl<R: Real> LatencyEstimator<R> {
         self.greatest_s * (R::from_count(k) / R::from_count(HYPOTHESES - 1))
     }
 
-    /// Follows the horizontal position of a tag, or the height of a reading with a noise of the variance `noise_m2`.
+    /// Follows the horizontal position of a tag, or the height of a reading.
     #[inline(never)]
     fn find<const N: usize, const M: usize>(
         &self,
@@ -217,44 +227,47 @@ impl<R: Real> LatencyEstimator<R> {
         filter: &RelativeFilter<R>,
         relative: &RelativeState<R, N, M>,
         sight: Sight<R>,
-        (by_height, noise_m2): (bool, R),
+        clue: Clue,
     ) {
-        let (bank, follow): (_, Follow<R>) = if by_height {
-            if filter.has_diverged(relative) {
-                state.doubted_s = R::ZERO;
+        let (bank, follow): (_, Follow<R>) = match clue {
+            Clue::Place => {
+                let follow = Follow {
+                    memory_s: self.memory_s,
+                    spacing_s: R::ZERO,
+                    axes: |place| [place.x, place.y],
+                };
+                (&mut state.places, follow)
             }
-            let follow = Follow {
-                memory_s: r::<R>(HEIGHT_MEMORY) * self.memory_s,
-                spacing_s: r(HEIGHT_SPACING_S),
-                axes: |place| [place.z, R::ZERO],
-            };
-            (&mut state.heights, follow)
-        } else {
-            let follow = Follow {
-                memory_s: self.memory_s,
-                spacing_s: R::ZERO,
-                axes: |place| [place.x, place.y],
-            };
-            (&mut state.places, follow)
+            Clue::Height => {
+                let follow = Follow {
+                    memory_s: r::<R>(HEIGHT_MEMORY) * self.memory_s,
+                    spacing_s: r(HEIGHT_SPACING_S),
+                    axes: |place| [place.z, R::ZERO],
+                };
+                if filter.has_diverged(relative) {
+                    state.doubted_s = R::ZERO;
+                }
+                (&mut state.heights, follow)
+            }
         };
         let counts = bank.compare(self, &follow, filter, relative, sight);
+        let by_height = clue == Clue::Height;
         if !counts || (by_height && state.doubted_s > r(DOUBTED_S)) {
             return;
         }
         let believed = state.latency_s / self.latency(1);
-        let Some(verdict) = bank.verdict(&follow, noise_m2, believed) else {
+        let Some(verdict) = bank.verdict(&follow, sight.noise_m2, believed) else {
             return;
         };
-        let against_none = if by_height {
-            R::ZERO
-        } else {
-            verdict.against_none
+        let evidence = match clue {
+            Clue::Place => verdict.against_none.max(verdict.against_believed),
+            Clue::Height => verdict.against_believed,
         };
         let clear = !by_height
             || (verdict.counted >= r(LEAST_HEIGHTS)
                 && verdict.ratio > r(LEAST_RATIO)
-                && verdict.least_m2 < r::<R>(CLEAR * CLEAR) * noise_m2);
-        if clear && against_none.max(verdict.against_believed) > self.least_evidence {
+                && verdict.least_m2 < r::<R>(CLEAR * CLEAR) * sight.noise_m2);
+        if clear && evidence > self.least_evidence {
             state.latency_s = verdict.place * self.latency(1);
         }
     }

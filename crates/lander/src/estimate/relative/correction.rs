@@ -50,7 +50,7 @@ impl<R: Real> Belief<R> {
             return (Fate::Unusable, None);
         };
         let cosine = -n.dot(attitude.rotate(beam));
-        let distance_fits = distance >= model.least_m && distance <= model.greatest_m;
+        let distance_fits = model.reaches(distance);
         let angle_fits = cosine >= model.greatest_angle_rad.cos() && n.z > r(LEAST_NORMAL_Z);
         if !(distance_fits && angle_fits) {
             return (Fate::Unusable, None);

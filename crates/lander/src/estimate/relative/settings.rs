@@ -249,6 +249,13 @@ impl<R: Real> Default for ImuModel<R> {
     }
 }
 
+impl<R: Real> RangeModel<R> {
+    /// Whether a distance is usable.
+    pub(crate) fn reaches(&self, distance_m: R) -> bool {
+        distance_m >= self.least_m && distance_m <= self.greatest_m
+    }
+}
+
 impl<R: Real> Default for RangeModel<R> {
     /// At the reference point, straight down; 5 mm, whole centimetres, 0.02 to
     /// 12 m, up to 0.6 rad, jitter 1 ms, stale after 0.2 s.
