@@ -6,18 +6,20 @@ use touchdown_sim::landing::space::{
     FaultClock, SpaceLander, SpaceOutcome, SpaceScenario, TimeSpan,
 };
 
+/// No satellites, and no tag from a time on.
+fn lose(scenario: &mut SpaceScenario, from_s: f64) {
+    scenario.sensors.with_gnss = false;
+    scenario.faults.since = FaultClock::Start;
+    scenario.faults.tag_lost = vec![TimeSpan { from_s, to_s: 1e3 }];
+}
+
 #[test]
 fn prop_who_knows_only_how_fast_it_climbs_climbs_and_gives_up() {
     let mut scenario = SpaceScenario {
         timeout_s: 40.0,
         ..SpaceScenario::default()
     };
-    scenario.sensors.with_gnss = false;
-    scenario.faults.since = FaultClock::Start;
-    scenario.faults.tag_lost = vec![TimeSpan {
-        from_s: 0.0,
-        to_s: 1e3,
-    }];
+    lose(&mut scenario, 0.0);
     let safe_m = scenario.control.state_machine.safe_height_m;
     for wind_mps in [0.0, 3.0, 8.0] {
         scenario.wind.steady_mps = [wind_mps, 0.0, 0.0];
@@ -47,12 +49,7 @@ fn prop_who_loses_sight_of_a_sea_stays_near_and_above_it() {
         timeout_s: 60.0,
         ..SpaceScenario::default()
     };
-    scenario.sensors.with_gnss = false;
-    scenario.faults.since = FaultClock::Start;
-    scenario.faults.tag_lost = vec![TimeSpan {
-        from_s: 8.0,
-        to_s: 1e3,
-    }];
+    lose(&mut scenario, 8.0);
     let lander = SpaceLander::new(&scenario).unwrap();
     let mut unseeing = 0;
     for trial in 0..40 {

@@ -22,7 +22,7 @@ const SWAYING: f64 = 3.0;
 /// when the deck is out of sight. The effects of halving and doubling were not measured.
 const UNSURE_CLIMB: f64 = 0.5;
 const UNSEEN: f64 = 0.3;
-/// Share of the barometer's `trusted_above_m` above which it does: 0.75 m, where the rotors' pressure is 0.12 m of height.
+/// Share of the barometer's `trusted_above_m` above which it does: 0.75 m, where the rotors' pressure shifts the simulated barometer by 0.12 m.
 const UNSURE_ABOVE: f64 = 0.25;
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
@@ -55,7 +55,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         estimate.velocity_sd_mps.z <= self.known_sd_mps
     }
 
-    /// Whether the barometer counts at any height: of who neither sees the deck nor knows how fast it climbs, and is not known to be low.
+    /// Whether the barometer counts at any height: the vehicle does not see the deck, does not know how fast it climbs, and may be high
+    /// enough.
     pub(super) fn needs_barometer(
         &self,
         state: &ComputerState<R, G::State>,

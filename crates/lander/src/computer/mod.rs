@@ -39,7 +39,7 @@
 //! * **Without satellites** the vehicle's own horizontal velocity becomes uncertain; a
 //!   landing does not need it. Beyond `known_sd_mps` the deck counts as at rest
 //!   horizontally, so that a go-around climbs straight up.
-//! * **The barometer** counts near the deck as well, for who neither sees the deck nor knows how fast it climbs.
+//! * **The barometer** also counts near the deck, when the vehicle neither sees the deck nor knows how fast it climbs.
 //! * **A deck under way** is followed in every phase ([`Computer::under_way`]): its horizontal acceleration is fed
 //!   forward, and a flight in the world's frame keeps the deck's last known velocity.
 //! * **A deck that is not below** is sought ([`Seek`]), if the settings say so.

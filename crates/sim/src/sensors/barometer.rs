@@ -12,7 +12,7 @@ use crate::random::Stream;
 
 /// Height over which the pressure of the rotors under the vehicle decreases by the factor
 /// e, m: 2.5 rotor radii, an assumption. The landing computer ignores the barometer below
-/// 3 m by default, so the value does not affect landings.
+/// 3 m by default. A vehicle that sees neither the deck nor its own climb uses it from 0.75 m on.
 const PRESSURE_DECAY_M: f64 = 0.3;
 
 /// The barometer.

@@ -7,7 +7,7 @@ use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 
-/// Time of a mean disturbance from which on it counts, s: some swings of the hover.
+/// Least time over which a mean disturbance is taken before it is used, s: about one swing of the hover.
 const LEARNED_S: f64 = 1.0;
 
 /// A mean disturbance over `steady_s` seconds, if that is long enough.

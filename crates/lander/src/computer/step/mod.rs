@@ -140,6 +140,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
+    /// What is known now; from the next step on the barometer counts accordingly.
     fn knowledge(
         &self,
         state: &mut ComputerState<R, G::State>,

@@ -115,7 +115,7 @@ pub struct BarometerModel<R> {
     /// Random walk of the barometer's zero, m/√s.
     pub drift: R,
     /// Height above the deck below which readings are ignored, because the pressure field
-    /// of the rotors disturbs them. The landing computer takes them also below where it has nothing better.
+    /// of the rotors disturbs them. The landing computer also uses lower readings where nothing else shows the climb.
     pub trusted_above_m: R,
     /// Age from which the last reading counts as stale, s.
     pub stale_s: R,

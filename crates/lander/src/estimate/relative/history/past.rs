@@ -1,4 +1,4 @@
-//! What the history tells of past times.
+//! Attitudes and motion at past times.
 
 use super::History;
 use touchdown_flight::real::{Real, r};
@@ -10,7 +10,7 @@ const ROUNDING: f64 = 1e-5;
 /// A node, and the time from it to the newest one, s.
 pub(super) type Place<R> = (u64, R);
 
-/// A walk back into the history. What is asked for comes in the order of its age, so that no node is passed twice.
+/// A walk back into the history. Ages must not decrease from call to call, so that no node is passed twice.
 pub(crate) struct Past<'a, R, const N: usize, const M: usize> {
     history: &'a History<R, N, M>,
     /// Age of the newest node, s.
