@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use touchdown_sim::SimError;
 use touchdown_sim::deck::character::SeriesCharacter;
 use touchdown_sim::deck::faults::{SeriesFault, listed};
+use touchdown_sim::deck::noise::SeriesNoise;
 use touchdown_sim::deck::rigid::RigidDeck;
 use touchdown_sim::deck::series::{MotionSeries, SeriesFormat};
 use touchdown_sim::deck::slow::LONGEST_PERIOD_S;
@@ -75,6 +76,14 @@ const REPAIR: &str = "Remove these rows, or use another part of the recording";
 /// Share of the significant height that smoothing may take beyond the noise without a warning. The cutoff that follows the
 /// noise takes up to a twentieth.
 const SMOOTHED_SHARE: f64 = 0.15;
+/// Noise over the smoothed heave beyond which too many waves are lost with it. At a half, smoothing takes a twentieth of a JONSWAP
+/// sea's height and half of its greatest acceleration; at a sixth, a fiftieth and a third.
+const HIDING_SHARE: f64 = 0.25;
+/// Share of the heave's standard deviation that may be noise or short waves without a warning. With ten rows in a mean period,
+/// noise of a tenth makes as much acceleration as the waves.
+const EITHER_SHARE: f64 = 0.1;
+/// Rows in a mean period of which a JONSWAP sea leaves less than that share open.
+const ROWS_PER_PERIOD: usize = 12;
 
 /// A measured motion of the deck, ready to be landed on.
 #[derive(Clone, Debug)]
@@ -115,7 +124,8 @@ impl MeasuredDeck {
         let cutoff_hz = cutoff_hz(settings.cutoff_hz, &measured).map_err(bad)?;
         let waves = cutoff_hz.map_or_else(|| unsmoothed.clone(), |hz| unsmoothed.smoothed(hz));
         let found = Findings {
-            faults: measured.faults(&waves),
+            faults: measured.faults(&waves, cutoff_hz),
+            noise: measured.noise(),
             cutoff_hz,
             measured: &measured,
             unsmoothed: &unsmoothed,
@@ -128,7 +138,7 @@ impl MeasuredDeck {
         };
         // What was measured has the noise; smoothing leaves little of it to see.
         let character = SeriesCharacter {
-            noise_sd_m: measured.noise_sd_m(),
+            noise_sd_m: found.noise.sd_m,
             ..motion.character()
         };
         let most = settings.greatest_acceleration_mps2.unwrap_or(GREATEST_MPS2);
@@ -182,8 +192,9 @@ fn cutoff_hz(cutoff: Cutoff, measured: &MotionSeries) -> std::result::Result<Opt
 /// A measured motion and what smoothing leaves of it.
 struct Findings<'a> {
     faults: Vec<SeriesFault>,
+    /// Of the motion as it was recorded: rounded heights repeat in it.
+    noise: SeriesNoise,
     cutoff_hz: Option<f64>,
-    /// As it was recorded: rounded heights repeat in it.
     measured: &'a MotionSeries,
     unsmoothed: &'a MotionSeries,
     waves: &'a MotionSeries,
@@ -195,7 +206,7 @@ impl Findings<'_> {
         if !self.faults.is_empty() {
             return format!("the heave has faults: {}. {REPAIR}", listed(&self.faults));
         }
-        let noise_sd_m = self.measured.noise_sd_m();
+        let noise_sd_m = self.noise.sd_m;
         match (self.cutoff_hz, self.measured.cutoff_of_noise_hz()) {
             (None, Some(hz)) => format!(
                 "its noise is {noise_sd_m:.3} m: smooth it with cutoff_hz = {hz:.2} in [series], or \"noise\""
@@ -231,20 +242,111 @@ impl Findings<'_> {
                 fast.above_hz, fast.peak_without_mps2, fast.above_hz
             ));
         }
-        let noise_m = 4.0 * self.measured.noise_sd_m();
+        warnings.extend(
+            self.sampling_warning()
+                .map(|text| format!("{file}: {text}")),
+        );
+        warnings.extend(
+            self.smoothing_warning()
+                .map(|text| format!("{file}: {text}")),
+        );
+        warnings
+    }
+
+    /// Rows that are too far apart to tell noise from waves.
+    fn sampling_warning(&self) -> Option<String> {
+        let SeriesNoise {
+            sd_m,
+            greatest_sd_m,
+            rows_per_period,
+        } = self.noise;
+        let either_m = (greatest_sd_m * greatest_sd_m - sd_m * sd_m)
+            .max(0.0)
+            .sqrt();
+        let rows = rows_per_period?;
+        let heave_sd_m = self.unsmoothed.significant_height_m() / 4.0;
+        (either_m > EITHER_SHARE * heave_sd_m).then(|| {
+            format!(
+                "{rows:.1} rows in a mean period are too few to tell noise from short waves, and how fast these move: {either_m:.3} m \
+                 (standard deviation) of the heave may be either, and is taken for waves. Record at least {ROWS_PER_PERIOD} rows in a mean period, or set cutoff_hz in \
+                 [series]"
+            )
+        })
+    }
+
+    /// Waves that are lost by smoothing.
+    fn smoothing_warning(&self) -> Option<String> {
+        let hz = self.cutoff_hz?;
+        let noise_sd_m = self.noise.sd_m;
+        let noise_m = 4.0 * noise_sd_m;
         let measured_m = self.unsmoothed.significant_height_m();
         let without_noise_m = (measured_m * measured_m - noise_m * noise_m)
             .max(0.0)
             .sqrt();
         let left_m = self.waves.significant_height_m();
-        if left_m < (1.0 - SMOOTHED_SHARE) * without_noise_m
-            && let Some(hz) = self.cutoff_hz
-        {
-            warnings.push(format!(
-                "{file}: smoothing at {hz:.2} Hz leaves {left_m:.3} m of a significant height of {without_noise_m:.3} m. Raise \
-                 cutoff_hz in [series]"
+        if noise_m > HIDING_SHARE * left_m {
+            return Some(format!(
+                "noise of {noise_sd_m:.3} m hides waves: smoothing at {hz:.2} Hz leaves a significant height of {left_m:.3} m, and \
+                 the faster waves are lost with the noise, so that the deck moves less than the real one. Record with less noise"
             ));
         }
-        warnings
+        (left_m < (1.0 - SMOOTHED_SHARE) * without_noise_m).then(|| {
+            format!(
+                "smoothing at {hz:.2} Hz leaves {left_m:.3} m of a significant height of {without_noise_m:.3} m. Raise cutoff_hz in \
+                 [series]"
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+    use std::fmt::Write;
+
+    use super::*;
+
+    /// What is said of a heave of 0.2 m and 4 s, recorded for 400 s at a rate, with noise.
+    fn warnings(rate_hz: f64, noise_m: f64) -> Vec<String> {
+        let folder = tempfile::tempdir().unwrap();
+        let mut table = String::from("t,z\n");
+        // 1 and -1 in an order that has no period.
+        let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
+        for i in 0..(400.0 * rate_hz) as u32 {
+            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let noise = if bits >> 63 == 0 { noise_m } else { -noise_m };
+            let t = f64::from(i) / rate_hz;
+            // The longer wave makes the rows fall on all phases of the shorter.
+            let z = 0.1 * (TAU * t / 4.0).sin() + 0.02 * (TAU * t / 5.3).sin() + noise;
+            writeln!(table, "{t:.4},{z:.6}").unwrap();
+        }
+        std::fs::write(folder.path().join("z.csv"), table).unwrap();
+        let settings: SeriesSettings = toml::from_str(
+            "file = \"z.csv\"\n[format]\ntime = [{ column = \"t\", factor = 1.0 }]\n\
+             channels = [{ axis = \"heave\", column = \"z\", factor = 1.0 }]\nlongest_step_s = 2.0\n",
+        )
+        .unwrap();
+        MeasuredDeck::read(&settings, folder.path())
+            .unwrap()
+            .warnings
+    }
+
+    #[test]
+    fn prop_rows_far_apart_and_noise_above_the_waves_are_told() {
+        assert_eq!(warnings(10.0, 0.003), [""; 0]);
+        let [told] = &warnings(1.3, 0.0)[..] else {
+            panic!("expected one warning");
+        };
+        assert!(
+            told.contains("5.2 rows in a mean period are too few"),
+            "{told}"
+        );
+        let [told] = &warnings(10.0, 0.1)[..] else {
+            panic!("expected one warning");
+        };
+        assert!(
+            told.contains("noise of 0.10") && told.contains("hides waves"),
+            "{told}"
+        );
     }
 }

@@ -128,6 +128,17 @@ fn prop_overlapping_discs_and_points_without_lift_are_told() {
         told.contains("1 of 2 points") && told.contains("the least 1.10 times"),
         "{told}"
     );
+    // In whatever block the mass, or the truth's share of the thrust, is stated: 1.523/1.25 is 1.22.
+    for (stated, times) in [
+        ("[scenario.plant]\nmass_kg = 1.9\n", "1.10 times its weight"),
+        ("[scenario.truth]\nmass = 1.25\n", "1.22 times its weight"),
+    ] {
+        let [told] = &warnings(&format!("trials = 1\n{stated}"))[..] else {
+            panic!("expected one warning of {stated}");
+        };
+        assert!(told.contains(times), "{told}");
+    }
+    assert!(warnings("trials = 1\n[scenario.truth]\nmass = 1.1\n").is_empty());
 }
 
 #[test]
@@ -197,4 +208,12 @@ fn prop_draws_that_do_not_lift_are_redrawn_and_counted() {
         "trials = 2\n[random]\n\"truth.thrust\" = { kind = \"uniform\", min = 0.5, max = 0.6 }\n";
     let error = self::sweep(never).map(drop).unwrap_err().to_string();
     assert!(error.contains("100 draws of trial 0"), "{error}");
+    // Draws that lift beside a point that does not.
+    let heavy = "trials = 2\n[grid]\n\"plant.mass_kg\" = [1.37, 1.9]\n[random]\n\
+        \"truth.thrust\" = { kind = \"uniform\", min = 0.95, max = 1.05 }\n";
+    let error = self::sweep(heavy).map(drop).unwrap_err().to_string();
+    assert!(
+        error.contains("key `grid`") && error.contains("found 1.10 at point 1"),
+        "{error}"
+    );
 }

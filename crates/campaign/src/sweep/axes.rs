@@ -31,8 +31,10 @@ fn of_vehicle(key: &str) -> bool {
 /// Whether a key changes thrust over weight of the true vehicle.
 pub(super) fn of_lift(key: &str) -> bool {
     let keys = [
+        "plant",
         "plant.mass_kg",
         "plant.gravity_mps2",
+        "truth",
         "truth.mass",
         "truth.thrust",
     ];

@@ -52,13 +52,17 @@ impl Sweep {
         if redrawn < MOST_REDRAWS {
             return Ok(());
         }
-        Err(self.bad(
-            "random",
-            &format!(
-                "expected a thrust over weight of at least {LEAST_THRUST_TO_WEIGHT}; found less in {MOST_REDRAWS} draws of trial \
-                 {trial}"
-            ),
-        ))
+        let expected =
+            format!("expected a thrust over weight of at least {LEAST_THRUST_TO_WEIGHT}");
+        let swept = self.lifts_of_points().into_iter().enumerate();
+        if let Some((point, lift)) = swept.min_by(|a, b| a.1.total_cmp(&b.1))
+            && lift < LEAST_THRUST_TO_WEIGHT
+        {
+            let message = format!("{expected}; found {lift:.2} at point {point}, without a draw");
+            return Err(self.bad("grid", &message));
+        }
+        let message = format!("{expected}; found less in {MOST_REDRAWS} draws of trial {trial}");
+        Err(self.bad("random", &message))
     }
 
     /// Whether the true vehicle lifts itself with these draws at all points of the grid. Values that no vehicle has are
@@ -86,29 +90,40 @@ impl Sweep {
         })
     }
 
-    /// Points of the grid whose true vehicle has a thrust over weight below 1.3, in a sentence. They are flown: what is swept is
-    /// meant.
+    /// What is said of a true vehicle, or of points of the grid, with a thrust over weight below 1.3. They are flown: what is
+    /// stated is meant.
     #[must_use]
     pub fn lift_warning(&self) -> Option<String> {
-        let swept = self.grid.iter().any(|(key, _)| of_lift(key));
         // Draws are replaced until all points lift.
-        let drawn = self.random.iter().any(|(key, _)| of_lift(key));
-        if !swept || drawn {
+        if self.random.iter().any(|(key, _)| of_lift(key)) {
             return None;
         }
-        let lifts = (0..self.points()).filter_map(|point| {
+        let lifts = self.lifts_of_points();
+        let low = lifts.iter().filter(|lift| **lift < LEAST_THRUST_TO_WEIGHT);
+        let least = low.clone().copied().reduce(f64::min)?;
+        Some(match lifts.len() {
+            1 => format!(
+                "the vehicle has a greatest thrust of {least:.2} times its weight; expected at least {LEAST_THRUST_TO_WEIGHT}"
+            ),
+            points => format!(
+                "{} of {points} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.2} \
+                 times",
+                low.count()
+            ),
+        })
+    }
+
+    /// Thrust over weight of the true vehicle at the points of the grid, without draws; of one, where the grid does not change it.
+    fn lifts_of_points(&self) -> Vec<f64> {
+        let points = match self.grid.iter().any(|(key, _)| of_lift(key)) {
+            true => self.points(),
+            false => 1,
+        };
+        let of_point = |point| {
             let swept = self.values(point).into_iter();
             self.lift(swept.filter(|(key, _)| of_lift(key)))
-        });
-        let low: Vec<f64> = lifts
-            .filter(|lift| *lift < LEAST_THRUST_TO_WEIGHT)
-            .collect();
-        let least = low.iter().copied().reduce(f64::min)?;
-        Some(format!(
-            "{} of {} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.2} times",
-            low.len(),
-            self.points()
-        ))
+        };
+        (0..points).filter_map(of_point).collect()
     }
 
     /// Thrust over weight of the true vehicle with these values.

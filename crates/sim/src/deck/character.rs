@@ -8,8 +8,6 @@ use super::spline::{cubic_rates, natural_cubic};
 
 /// Place of the heave among the coordinates.
 pub(crate) const HEAVE: usize = 2;
-/// Standard deviations to the median of absolute values of a normal distribution.
-const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Mean periods in a piece of the spectrum: it resolves a twentieth of the mean frequency. Half of it blurs swell and wind sea
 /// into one peak; twice leaves few pieces of short records.
 const PIECE_PERIODS: f64 = 20.0;
@@ -34,7 +32,7 @@ pub struct SeriesCharacter {
     /// Frequencies below which a quarter and three quarters of the variance of the heave are, Hz; absent with fewer than two
     /// crossings.
     pub middle_half_hz: Option<[f64; 2]>,
-    /// Standard deviation of the noise, m: [`MotionSeries::noise_sd_m`].
+    /// Standard deviation of the noise, m: [`MotionSeries::noise`].
     pub noise_sd_m: f64,
     /// Greatest speed of the spline through the rows, at the rows, m/s.
     pub peak_velocity_mps: f64,
@@ -93,7 +91,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
@@ -115,7 +113,7 @@ impl MotionSeries {
             mean_period_s: period_s,
             peak_frequency_hz: spectrum.as_deref().and_then(peak_hz),
             middle_half_hz: spectrum.as_deref().and_then(middle_half_hz),
-            noise_sd_m: self.noise_sd_m(),
+            noise_sd_m: self.noise().sd_m,
             peak_velocity_mps: largest(&rates),
             peak_acceleration_mps2: largest(&second),
         }
@@ -138,30 +136,6 @@ impl MotionSeries {
             .collect();
         let (first, last) = crossings.first().zip(crossings.last())?;
         (crossings.len() > 1).then(|| (last - first) / (crossings.len() as f64 - 1.0))
-    }
-
-    /// Standard deviation of the noise, m: of white noise with the median fourth difference of the heave, or of rounding to
-    /// the smallest step, whichever is greater.
-    #[must_use]
-    pub fn noise_sd_m(&self) -> f64 {
-        // The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; that of a motion that is
-        // sampled ten times a period has a few percent of the motion.
-        let heave = self.coordinate(HEAVE);
-        let fourth = heave.windows(5);
-        let fourth = fourth.map(|z| (z[0] - 4.0 * z[1] + 6.0 * z[2] - 4.0 * z[3] + z[4]).abs());
-        let white_m = median(fourth.collect()) / (MEDIAN_OF_NORMAL * 70_f64.sqrt());
-        // Heights that repeat in most rows are rounded, and their median difference may be 0. Rounding errs evenly within
-        // one step.
-        let steps: Vec<f64> = heave.windows(2).map(|z| (z[1] - z[0]).abs()).collect();
-        let moving = steps.iter().filter(|step| **step > 0.0);
-        let is_rounded = 2 * moving.clone().count() < steps.len();
-        let step_m = moving.fold(f64::INFINITY, |least, step| step.min(least));
-        let rounding_m = if is_rounded && step_m.is_finite() {
-            step_m / 12_f64.sqrt()
-        } else {
-            0.0
-        };
-        white_m.max(rounding_m)
     }
 
     /// Greatest acceleration of the spline through the rows, m/s².
@@ -294,7 +268,7 @@ mod tests {
             .for_each(|v| v[HEAVE] = (v[HEAVE] / 0.1).round() * 0.1);
         let rounded = MotionSeries::of(swell(0.0).times_s().to_vec(), values);
         let sd_m = 0.1 / 12_f64.sqrt();
-        assert!((rounded.noise_sd_m() / sd_m - 1.0).abs() < 1e-9);
+        assert!((rounded.noise().sd_m / sd_m - 1.0).abs() < 1e-9);
         let smooth = rounded.smoothed(rounded.cutoff_of_noise_hz().unwrap());
         // The swell has 0.31 m/s², a spline through steps of 10 cm in 0.1 s has more than 10 m/s².
         assert!(rounded.peak_acceleration_mps2() > 10.0);

@@ -15,6 +15,9 @@ const SHARE_OF_HEIGHT: f64 = 0.1;
 const SPEEDS: f64 = 2.0;
 /// Greatest acceleration of waves over its root mean square. Of ten thousand waves of a normal sea it is 4.3; steep ones reach 6.
 const GREATEST_RATIO: f64 = 7.0;
+/// From the ends, over the cutoff: nearer, smoothing has neighbours on one side, and noise makes accelerations. Twice the
+/// standard deviation of its kernel.
+const ENDS: f64 = 0.5;
 /// Mean periods without motion that are a fault. A calm between groups of waves has fewer.
 const STILL_PERIODS: f64 = 3.0;
 /// Share of the significant height within which heave counts as still. One wave in 200 is lower.
@@ -115,16 +118,16 @@ pub struct FastMotion {
 
 impl MotionSeries {
     /// Steps that are larger than noise and waves make, and stretches without motion. The significant height and the mean
-    /// period are those of `waves`: this series, smoothed and without its slow part.
+    /// period are those of `waves`: this series without its slow part, smoothed at a cutoff if there is one.
     #[must_use]
-    pub fn faults(&self, waves: &Self) -> Vec<SeriesFault> {
+    pub fn faults(&self, waves: &Self, cutoff_hz: Option<f64>) -> Vec<SeriesFault> {
         let Some(period_s) = waves.period_of_waves_s() else {
             return Vec::new();
         };
         let height_m = waves.significant_height_m();
         let mut faults = self.steps(height_m, period_s);
         if faults.is_empty() {
-            faults.extend(waves.burst());
+            faults.extend(waves.burst(cutoff_hz.map_or(0.0, |hz| ENDS / hz)));
         }
         let raw = self.coordinate(HEAVE);
         let mut still = self.still(&raw, 0.0, period_s, EQUAL_ROWS);
@@ -147,7 +150,7 @@ impl MotionSeries {
     /// Jumps and spikes, the largest first.
     fn steps(&self, height_m: f64, period_s: f64) -> Vec<SeriesFault> {
         let (times_s, heave) = (self.times_s(), self.coordinate(HEAVE));
-        let noise_m = NOISES * self.noise_sd_m();
+        let noise_m = NOISES * self.noise().greatest_sd_m;
         let speed_mps = TAU * height_m / period_s;
         let step = |row: usize| {
             let step_m = heave[row] - heave[row - 1];
@@ -188,12 +191,15 @@ impl MotionSeries {
         found
     }
 
-    /// The greatest acceleration, if no waves have it.
-    fn burst(&self) -> Option<SeriesFault> {
+    /// The greatest acceleration farther than the given time from the ends, if no waves have it.
+    fn burst(&self, ends_s: f64) -> Option<SeriesFault> {
         let second = natural_cubic(self.times_s(), &self.coordinate(HEAVE));
         let square = second.iter().map(|a| a * a).sum::<f64>() / second.len() as f64;
+        let inner = ends_s..=self.duration_s() - ends_s;
+        let rows = second.iter().enumerate();
+        let rows = rows.filter(|(row, _)| inner.contains(&self.times_s()[*row]));
         let greatest = |a: &(usize, &f64), b: &(usize, &f64)| a.1.abs().total_cmp(&b.1.abs());
-        let (row, acceleration) = second.iter().enumerate().max_by(greatest)?;
+        let (row, acceleration) = rows.max_by(greatest)?;
         let ratio = acceleration.abs() / square.sqrt();
         (ratio > GREATEST_RATIO).then(|| SeriesFault::Burst {
             row: row + 1,
@@ -270,7 +276,8 @@ mod tests {
     }
 
     fn faults(series: &MotionSeries) -> Vec<SeriesFault> {
-        series.faults(&series.smoothed(series.cutoff_of_noise_hz().unwrap()))
+        let cutoff_hz = series.cutoff_of_noise_hz().unwrap();
+        series.faults(&series.smoothed(cutoff_hz), Some(cutoff_hz))
     }
 
     #[test]

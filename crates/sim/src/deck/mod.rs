@@ -10,6 +10,7 @@ pub mod course;
 mod encounter;
 pub mod faults;
 pub mod harmonics;
+pub mod noise;
 pub mod rigid;
 pub mod series;
 pub mod ship;

@@ -61,7 +61,7 @@ impl MotionSeries {
     /// significant height loses up to 4 standard deviations of the noise. Absent where there is no noise.
     #[must_use]
     pub fn cutoff_of_noise_hz(&self) -> Option<f64> {
-        let (noise_sd_m, step_s) = (self.noise_sd_m(), self.step_s());
+        let (noise_sd_m, step_s) = (self.noise().sd_m, self.step_s());
         let residual_m = |cutoff_hz: f64| {
             let smooth = self.smoothed(cutoff_hz);
             let pairs = self.values().iter().zip(smooth.values());
