@@ -1,5 +1,6 @@
 //! The tests in one program: what they share is compiled once.
 
+mod afar;
 mod batch;
 mod cascade;
 mod closed_forms;

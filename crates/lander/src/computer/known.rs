@@ -4,7 +4,7 @@ use super::step::BLIND_START_S;
 use super::{Computer, ComputerState};
 use crate::estimate::relative::{Health, RelativeEstimate};
 use crate::space_controller::Motion;
-use crate::state_machine::Phase;
+use crate::state_machine::{Phase, wider_above};
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
@@ -74,26 +74,24 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// requires.
     #[must_use]
     pub fn knows(&self, estimate: &RelativeEstimate<R>) -> bool {
-        let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
+        self.knows_within(estimate, R::ONE)
+    }
+
+    /// As [`Self::knows`], but the limits grow with the height ([`wider_above`]).
+    pub(super) fn knows_from_above(&self, estimate: &RelativeEstimate<R>) -> bool {
+        self.knows_within(estimate, self.wider(estimate))
+    }
+
+    /// As [`Self::knows`], with limits that are wider by a factor.
+    fn knows_within(&self, estimate: &RelativeEstimate<R>, wider: R) -> bool {
+        let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= wider * most);
         below(estimate.position_sd_m, self.known_sd_m)
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
-    /// As [`Self::knows`], but the limits grow with the height: from higher up there is more way to correct an error.
-    pub(super) fn knows_from_above(&self, estimate: &RelativeEstimate<R>) -> bool {
-        let higher = self.higher(estimate);
-        let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
-        below(estimate.position_sd_m, higher * self.known_sd_m)
-            && below(
-                estimate.relative_velocity_sd_mps,
-                higher * self.known_sd_mps,
-            )
-    }
-
-    /// The height over that of the hover, at least 1.
-    fn higher(&self, estimate: &RelativeEstimate<R>) -> R {
-        let share = estimate.height_m() / self.state_machine.hold_height_m;
-        share.finite_or(R::ONE).max(R::ONE)
+    /// [`wider_above`] the hover over a calm sea.
+    pub(super) fn wider(&self, estimate: &RelativeEstimate<R>) -> R {
+        wider_above(estimate.height_m(), self.state_machine.hold_height_m)
     }
 
     /// As [`Self::knows_from_above`], but above a deck that accelerates the horizontal velocity may be known less well. Too low to abort
@@ -102,10 +100,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         &self,
         state: &ComputerState<R, G::State>,
         estimate: &RelativeEstimate<R>,
+        tag_age_s: R,
     ) -> bool {
         let low = matches!(state.phase(), Phase::Commit | Phase::Touchdown);
+        let wider = self.wider(estimate);
         if !self.deck_accelerates(state) || (self.under_way && !low) {
-            return self.knows(estimate);
+            // Who has lost the tag knows less and less, and flies in the world's frame all the longer.
+            let seen = tag_age_s <= wider * self.state_machine.tag_age_s;
+            return self.knows_within(estimate, if seen { wider } else { R::ONE });
         }
         let (place, velocity) = (estimate.position_sd_m, estimate.relative_velocity_sd_mps);
         let aside = |sd: Vector<R>, most: R| sd.x <= most && sd.y <= most;
@@ -114,8 +116,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else {
             [R::ONE, r(SWAYING)]
         };
-        let higher = self.higher(estimate);
-        let (known_m, known_mps) = (higher * self.known_sd_m, higher * self.known_sd_mps);
+        let (known_m, known_mps) = (wider * self.known_sd_m, wider * self.known_sd_mps);
         place.z <= known_m
             && velocity.z <= known_mps
             && aside(place, place_times * known_m)

@@ -230,8 +230,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let sea = &mut state.sea;
         let share = lag_share(r(ROUGH_S), dt);
         let fading_mps = lag_by(sea.seen_mps, R::ZERO, share);
-        let now_mps = estimate.deck_velocity_mps.z.abs();
-        sea.seen_mps = fading_mps.max(now_mps.finite_or(R::ZERO));
+        sea.seen_mps = fading_mps.max(self.heaves_mps(estimate));
         if !self.under_way {
             let aside_mps = estimate.deck_velocity_mps.horizontal().norm();
             let fading_mps = lag_by(sea.swayed_mps, R::ZERO, share);
@@ -244,6 +243,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             self.deck.reset(&mut state.deck);
             state.sightings.reset();
         }
+    }
+
+    /// How fast the deck heaves for certain, m/s: as estimated, less up to three standard deviations above the hover. From 10 m above,
+    /// errors of the attitude move the heights as a sea does.
+    pub(super) fn heaves_mps(&self, estimate: &RelativeEstimate<R>) -> R {
+        let sds = self.wider(estimate) - R::ONE;
+        let certain_mps =
+            estimate.deck_velocity_mps.z.abs() - sds * estimate.deck_velocity_sd_mps.z;
+        certain_mps.finite_or(R::ZERO).max(R::ZERO)
     }
 
     /// The deck's motion now as forecast, which is compared with the measured one.

@@ -149,7 +149,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) -> Knowledge<R> {
         state.needs_barometer = self.needs_barometer(state, estimate);
         Knowledge {
-            position: self.knows_enough(state, estimate),
+            position: self.knows_enough(state, estimate, health.tag.age_s),
             velocity: self.moves_known(estimate),
             unfelt_s: health.imu.age_s,
         }
@@ -349,7 +349,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         now: &DeckMotionPrediction<R>,
         estimate: &RelativeEstimate<R>,
     ) -> R {
-        let least = estimate.deck_velocity_mps.z.abs();
+        let least = self.heaves_mps(estimate);
         if state.deck.count() == 0 {
             return least.max(r::<R>(2.0) * now.velocity_sd_mps);
         }

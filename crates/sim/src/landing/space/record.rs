@@ -7,7 +7,7 @@ use super::flight::{Descent, Flight};
 use super::outcome::{Abort, CrashCause, SpaceOutcome, TraceRow};
 use super::touchdown::DeckState;
 use crate::STEP_S;
-use crate::number::vector::{along, dot, sub};
+use crate::number::vector::{along, sub};
 use crate::sensors::suite::{steps, tilt_from};
 
 /// Time for which the simulation continues after the vehicle gave up, s. It shows whether
@@ -32,11 +32,10 @@ impl Flight<'_> {
         before: ([f64; 3], [f64; 3]),
     ) -> Option<SpaceOutcome> {
         let scenario = &self.lander.scenario;
-        let most = scenario.crash.lost_m;
         let (place_m, velocity_mps) = self.relative();
         let travelled_m = self.track.travelled_m(step as f64 * STEP_S);
-        let far = sub(sub(self.state.position_m, travelled_m), scenario.start_m);
-        if !self.state.is_finite() || dot(far, far) > most * most {
+        let beside_deck_m = sub(self.state.position_m, travelled_m);
+        if !self.state.is_finite() || scenario.is_lost(beside_deck_m) {
             let cause = CrashCause::Lost;
             return Some(SpaceOutcome::Crashed { cause });
         }

@@ -19,6 +19,7 @@ use crate::deck::course::CourseSettings;
 use crate::deck::rigid::RigidMotion;
 use crate::error::SimError;
 use crate::landing::vertical::SpreadSettings;
+use crate::number::vector::{dot, scale, sub};
 use crate::sensors::SensorSettings;
 
 /// Limits beyond which a touchdown is a crash.
@@ -29,7 +30,8 @@ pub struct CrashSettings {
     pub speed_mps: f64,
     /// Tilt from the deck's normal at a touch, rad.
     pub tilt_rad: f64,
-    /// Distance from the start beyond which the vehicle is lost, m; over a deck under way, from a start that travels along.
+    /// Distance from the straight way between start and deck beyond which the vehicle is lost, m; over a deck under way, from a way
+    /// that travels along.
     pub lost_m: f64,
 }
 
@@ -191,16 +193,55 @@ impl SpaceScenario {
         check::positive("crash.speed_mps", self.crash.speed_mps)?;
         check::within("crash.tilt_rad", self.crash.tilt_rad, 0.01, 3.2)?;
         check::positive("crash.lost_m", self.crash.lost_m)?;
-        let aside = self.start_m[0].hypot(self.start_m[1]);
-        check::that(
-            aside < self.crash.lost_m,
-            "start_m",
-            &format!(
-                "a place less than `crash.lost_m` = {} m aside of the deck",
-                self.crash.lost_m
-            ),
-            aside,
-        )?;
         consistency::check(self)
+    }
+
+    /// Whether a place, relative to the deck's mean place, is farther than `crash.lost_m` from the straight way between start and deck.
+    pub(super) fn is_lost(&self, place_m: [f64; 3]) -> bool {
+        let most2_m2 = self.crash.lost_m * self.crash.lost_m;
+        let far_from = |point_m: [f64; 3]| {
+            let far_m = sub(place_m, point_m);
+            // NaN is far.
+            !(dot(far_m, far_m) <= most2_m2)
+        };
+        far_from(self.start_m) && {
+            let way2_m2 = dot(self.start_m, self.start_m);
+            let share = (dot(place_m, self.start_m) / way2_m2).clamp(0.0, 1.0);
+            far_from(scale(self.start_m, share))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_lost_is_far_from_the_way_to_the_deck() {
+        let scenario = SpaceScenario {
+            start_m: [30.0, 0.0, 40.0],
+            ..SpaceScenario::default()
+        };
+        // Start, deck and a place half way, 25 m from both; then 19 and 21 m beside the way, whose direction is (0.6, 0, 0.8), beyond
+        // its ends, and above.
+        let lost = |place_m| scenario.is_lost(place_m);
+        for place_m in [
+            [30.0, 0.0, 40.0],
+            [0.0; 3],
+            [15.0, 0.0, 20.0],
+            [15.0, 19.0, 20.0],
+            [0.0, -19.0, 0.0],
+        ] {
+            assert!(!lost(place_m), "{place_m:?}");
+        }
+        for place_m in [
+            [15.0, 21.0, 20.0],
+            [15.0 - 21.0 * 0.8, 0.0, 20.0 + 21.0 * 0.6],
+            [-21.0, 0.0, 0.0],
+            [30.0, 0.0, 61.0],
+            [f64::NAN, 0.0, 1.0],
+        ] {
+            assert!(lost(place_m), "{place_m:?}");
+        }
     }
 }

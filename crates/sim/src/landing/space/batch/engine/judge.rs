@@ -50,9 +50,7 @@ impl<N: Number> Engine<N> {
             }
             if seldom {
                 let state = state_of(&self.state, lane);
-                let far = sub(state.position_m, scenario.start_m);
-                let most = scenario.crash.lost_m;
-                if !state.is_finite() || dot(far, far) > most * most {
+                if !state.is_finite() || scenario.is_lost(state.position_m) {
                     let cause = CrashCause::Lost;
                     outcome = Some(SpaceOutcome::Crashed { cause });
                 }

@@ -1,0 +1,38 @@
+//! Starts higher up than the range finder reaches, where a tag is seen seldom and its height is rough.
+
+use touchdown_lander::state_machine::Phase;
+use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
+use touchdown_sim::landing::space::{SpaceLander, SpaceOutcome, SpaceScenario};
+
+#[test]
+fn prop_starts_above_the_range_finders_reach_land_as_those_below() {
+    let at_sea = |start_m| SpaceScenario {
+        deck: RigidMotion::Sea(SeaSettings::default()),
+        start_m,
+        timeout_s: 150.0,
+        ..SpaceScenario::default()
+    };
+    // The range finder reaches 12 m. From 25 m one image in twenty shows the tag.
+    for start_m in [[0.0, 0.0, 15.0], [5.0, 0.0, 25.0]] {
+        let scenario = at_sea(start_m);
+        let hold_m = scenario.control.state_machine.hold_height_m;
+        let lander = SpaceLander::new(&scenario).unwrap();
+        for trial in 0..4 {
+            let landing = lander.land(trial, 5, true).unwrap();
+            assert_eq!(
+                landing.outcome,
+                SpaceOutcome::Landed { attempts: 1 },
+                "{start_m:?} {trial}"
+            );
+            // A sea of 0.5 m is calm, and the hover that of a still deck, but for half of the 1.5 m by which a rough one raises it. Rough
+            // heights of the approach that count as waves raise it by all of that.
+            let rows = landing.trace.unwrap().rows;
+            let waits = rows.iter().filter(|row| row.phase == Phase::Wait);
+            let highest_m = waits.map(|row| row.relative_m[2]).fold(0.0, f64::max);
+            assert!(
+                highest_m < hold_m + 0.75,
+                "{start_m:?} {trial}: {highest_m} m"
+            );
+        }
+    }
+}
