@@ -7,6 +7,7 @@ use touchdown_lander::settings::{LoopTiming, SensorNumbers, VehicleNumbers};
 use super::scenario::SpaceScenario;
 use crate::body::motor::Motor;
 use crate::body::plant::PlantSettings;
+use crate::check;
 use crate::error::SimError;
 use crate::sensors::SensorSettings;
 use crate::sensors::suite::vector;
@@ -71,15 +72,97 @@ fn sensor_numbers(sensors: &SensorSettings, imu_latency_s: f64) -> SensorNumbers
     }
 }
 
-/// Settings that the flight side refuses.
+/// Settings that the flight side refuses, by the keys of the scenario.
 pub(super) fn cannot_be_flown(error: &SettingsError) -> SimError {
-    let expected = "settings that the landing computer can fly";
-    crate::check::fail("control", expected, error)
+    let fail = |key: &str, expected: &str, found: f64| {
+        check::fail(&key_of_scenario(key), expected, &found)
+    };
+    match *error {
+        SettingsError::NotFinite { key, found } => fail(key, "a finite number", found),
+        SettingsError::OutOfRange {
+            key,
+            expected,
+            found,
+        } => fail(key, expected, found),
+        SettingsError::Order {
+            lower_key,
+            lower,
+            upper_key,
+            upper,
+        } => {
+            let expected = format!("less than `{}` = {upper}", key_of_scenario(upper_key));
+            fail(lower_key, &expected, lower)
+        }
+        _ => check::fail(
+            "control",
+            "settings that the landing computer can fly",
+            error,
+        ),
+    }
+}
+
+/// Settings of the landing computer itself that `control` has.
+const OF_SETTINGS: [&str; 4] = [
+    "contact_height_m",
+    "deck_known_mps",
+    "least_damping_ratio",
+    "watch_s",
+];
+
+/// The key of the scenario that sets a setting of the landing computer. What the scenario sets under another name, or not
+/// at all, keeps its own.
+fn key_of_scenario(key: &str) -> String {
+    let Some((block, rest)) = key.split_once('.') else {
+        return key.to_owned();
+    };
+    match block {
+        "computer" if OF_SETTINGS.contains(&rest) => format!("control.{rest}"),
+        "planner" => format!("control.planning.{rest}"),
+        "adaptation" => format!("control.adapting.{rest}"),
+        "deck_estimator" => format!("control.deck.{rest}"),
+        "course" | "feet" | "gains" | "guidance" | "horizontal" | "lander" | "latency"
+        | "observer" | "relative" | "seeking" => format!("control.{key}"),
+        _ => key.to_owned(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn prop_a_refused_setting_is_named_by_the_key_of_the_scenario() {
+        let refused = |change: fn(&mut SpaceScenario)| {
+            let mut scenario = SpaceScenario::default();
+            change(&mut scenario);
+            computer(&scenario).unwrap_err().to_string()
+        };
+        for (change, said) in [
+            (
+                (|s| s.control.planning.horizon_s = -1.0) as fn(&mut SpaceScenario),
+                "setting `control.planning.descent.duration_max_s`: expected less than `control.planning.horizon_s` = -1, found",
+            ),
+            (
+                |s| s.control.state_machine.tag_age_s = 0.0,
+                "setting `control.lander.tag_age_s`: expected a finite number greater than 0, found 0",
+            ),
+            (
+                |s| s.control.deck.gate_sd = f64::NAN,
+                "setting `control.deck.gate_sd`: expected a finite number",
+            ),
+            (
+                |s| s.control.watch_s = -1.0,
+                "setting `control.watch_s`: expected",
+            ),
+            (
+                |s| s.control.gains.k_p = -4.0,
+                "setting `control.gains.k_p`: expected",
+            ),
+        ] {
+            let error = refused(change);
+            assert!(error.starts_with(said), "{error}");
+        }
+    }
 
     #[test]
     fn analytic_three_digits() {
