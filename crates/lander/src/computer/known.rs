@@ -4,7 +4,7 @@ use super::step::BLIND_START_S;
 use super::{Computer, ComputerState};
 use crate::estimate::relative::{Health, RelativeEstimate};
 use crate::space_controller::Motion;
-use crate::state_machine::{Phase, wider_above};
+use crate::state_machine::Phase;
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
@@ -77,9 +77,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         self.knows_within(estimate, R::ONE)
     }
 
-    /// As [`Self::knows`], but the limits grow with the height ([`wider_above`]).
+    /// As [`Self::knows`], but the limits grow with the height: from higher up there is more way to correct an error.
     pub(super) fn knows_from_above(&self, estimate: &RelativeEstimate<R>) -> bool {
-        self.knows_within(estimate, self.wider(estimate))
+        self.knows_within(estimate, self.higher(estimate))
     }
 
     /// As [`Self::knows`], with limits that are wider by a factor.
@@ -89,9 +89,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
-    /// [`wider_above`] the hover over a calm sea.
-    pub(super) fn wider(&self, estimate: &RelativeEstimate<R>) -> R {
-        wider_above(estimate.height_m(), self.state_machine.hold_height_m)
+    /// The height over that of the hover, at least 1.
+    fn higher(&self, estimate: &RelativeEstimate<R>) -> R {
+        let share = estimate.height_m() / self.state_machine.hold_height_m;
+        share.finite_or(R::ONE).max(R::ONE)
     }
 
     /// As [`Self::knows_from_above`], but above a deck that accelerates the horizontal velocity may be known less well. Too low to abort
@@ -103,9 +104,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         tag_age_s: R,
     ) -> bool {
         let low = matches!(state.phase(), Phase::Commit | Phase::Touchdown);
-        let wider = self.wider(estimate);
         if !self.deck_accelerates(state) || (self.under_way && !low) {
             // Who has lost the tag knows less and less, and flies in the world's frame all the longer.
+            let wider = self.state_machine.wider_at(estimate.height_m());
             let seen = tag_age_s <= wider * self.state_machine.tag_age_s;
             return self.knows_within(estimate, if seen { wider } else { R::ONE });
         }
@@ -116,6 +117,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else {
             [R::ONE, r(SWAYING)]
         };
+        let wider = self.higher(estimate);
         let (known_m, known_mps) = (wider * self.known_sd_m, wider * self.known_sd_mps);
         place.z <= known_m
             && velocity.z <= known_mps

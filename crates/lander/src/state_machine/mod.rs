@@ -147,7 +147,6 @@ mod input;
 mod machine;
 mod settings;
 
-pub(crate) use conditions::wider_above;
 pub use input::{MachineInput, OperatorRequest};
 pub(crate) use machine::CALM_MPS;
 pub use machine::MachineState;

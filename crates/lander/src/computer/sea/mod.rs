@@ -245,10 +245,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
-    /// How fast the deck heaves for certain, m/s: as estimated, less up to three standard deviations above the hover. From 10 m above,
-    /// errors of the attitude move the heights as a sea does.
+    /// How fast the deck heaves for certain, m/s: as estimated, less up to three standard deviations above the safe height. From 10 m
+    /// above, errors of the attitude move the heights as a sea does.
     pub(super) fn heaves_mps(&self, estimate: &RelativeEstimate<R>) -> R {
-        let sds = self.wider(estimate) - R::ONE;
+        let sds = self.state_machine.wider_at(estimate.height_m()) - R::ONE;
         let certain_mps =
             estimate.deck_velocity_mps.z.abs() - sds * estimate.deck_velocity_sd_mps.z;
         certain_mps.finite_or(R::ZERO).max(R::ZERO)
