@@ -19,7 +19,7 @@ use vertical::{Vehicle, identify, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;
-const CASES: [&str; 17] = [
+const CASES: [&str; 26] = [
     "30g",
     "30g-poses",
     "4kg",
@@ -37,6 +37,15 @@ const CASES: [&str; 17] = [
     "filtered-accelerometer",
     "later-accelerometer",
     "smoothed-accelerometer",
+    "late-0.04-accelerometer",
+    "late-0.05-accelerometer",
+    "late-0.08-accelerometer",
+    "late-0.1-accelerometer",
+    "filtered-5hz-accelerometer",
+    "smoothed-0.04-accelerometer",
+    "late-0.05-accelerometer-deck",
+    "late-0.1-range",
+    "late-0.05-range",
 ];
 
 fn main() -> std::io::Result<()> {
@@ -82,6 +91,10 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
     }
     let usual = Vehicle::draw(random, accelerometer, 0.002, 50.0);
     let mut between = |low, high| uniform(random, low, high);
+    let late = |accelerometer_late_s| Vehicle {
+        accelerometer_late_s,
+        ..usual
+    };
     match case {
         "4kg" => Vehicle {
             rotor_radius_m: between(0.18, 0.24),
@@ -134,6 +147,36 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
         },
         "later-accelerometer" => Vehicle {
             accelerometer_late_s: 0.015,
+            ..usual
+        },
+        // A logger without time stamps.
+        "late-0.04-accelerometer" => late(0.04),
+        "late-0.05-accelerometer" => late(0.05),
+        "late-0.08-accelerometer" => late(0.08),
+        "late-0.1-accelerometer" => late(0.1),
+        // Second order with a cutoff of 5 Hz: 45 ms.
+        "filtered-5hz-accelerometer" => Vehicle {
+            accelerometer_cutoff_hz: 5.0,
+            ..usual
+        },
+        // First order with a cutoff of 4 Hz: 40 ms.
+        "smoothed-0.04-accelerometer" => Vehicle {
+            accelerometer_lag_s: 0.04,
+            ..usual
+        },
+        // Above a ground that moves.
+        "late-0.05-accelerometer-deck" => Vehicle {
+            ground_mps: usual.rotor_radius_m * between(0.15, 0.5),
+            ground_period_s: between(1.8, 6.0),
+            ..late(0.05)
+        },
+        // A range finder without time stamps, by which the autopilot flies as well.
+        "late-0.05-range" => Vehicle {
+            range_late_s: 0.05,
+            ..usual
+        },
+        "late-0.1-range" => Vehicle {
+            range_late_s: 0.1,
             ..usual
         },
         // The cutoff that PX4 has by default: 7.5 ms.

@@ -123,9 +123,14 @@ pub enum Warning {
         /// How long before the log (s).
         late_s: f64,
     },
-    /// An accelerometer whose latency is at least the longest that is looked for.
+    /// An accelerometer whose latency is longer than what is harmless behind a filter.
     AccelerometerLate {
-        /// The longest (s).
+        /// As found (s).
+        latency_s: f64,
+    },
+    /// A range whose latency is longer than what range finders and their links take.
+    RangeLate {
+        /// As found (s).
         latency_s: f64,
     },
     /// Thrust at one throttle differs from one armed interval to the next.
@@ -325,8 +330,14 @@ impl fmt::Display for Warning {
             ),
             Self::AccelerometerLate { latency_s } => write!(
                 f,
-                "the accelerometer lags behind height and throttle by {latency_s:.3} s or more: the climb damping and the lag of the motors may \
-                 lie outside their intervals. Log height and acceleration with stamps of one clock, and the acceleration before low-pass filters"
+                "the accelerometer comes about {latency_s:.3} s after the height: if a low-pass filter delays it, the climb damping, the extra \
+                 lift and the lags of motors and wake may lie outside their intervals; if the throttle is not as late, so may the dead time. Log \
+                 height, throttle and acceleration with stamps of one clock, and the acceleration before low-pass filters"
+            ),
+            Self::RangeLate { latency_s } => write!(
+                f,
+                "the height comes about {latency_s:.3} s after acceleration and throttle: the lag of the wake, the climb damping and the lag of \
+                 the motors may lie outside their intervals. Log the range with the stamp of its measurement, by the clock of the accelerometer"
             ),
             Self::ThrustScatter { share } => write!(
                 f,

@@ -192,8 +192,10 @@ impl GroundEffect {
     ) -> FittedCard {
         warnings.extend(self.throttle_between_rows());
         warnings.extend(self.throttle_logged_late());
-        let at_bound = self.accelerometer_latency_at_bound_s();
-        warnings.extend(at_bound.map(|latency_s| Warning::AccelerometerLate { latency_s }));
+        let late_s = self.accelerometer_late_s();
+        warnings.extend(late_s.map(|latency_s| Warning::AccelerometerLate { latency_s }));
+        let late_s = self.range_late_s();
+        warnings.extend(late_s.map(|latency_s| Warning::RangeLate { latency_s }));
         let (errors, unit) = self.errors(settings, &card.vehicle);
         card.scores
             .push(score("all flights", true, "free_run", errors, unit));

@@ -91,6 +91,8 @@ pub struct GroundEffect {
     pub(super) lag: Option<Estimate>,
     /// Noise of sensors and air, where the flights were fitted along their trajectories.
     pub noise: Option<Noise>,
+    /// Latency of the range against accelerometer and throttle (s), where the ground moves.
+    pub(super) range_latency_s: Option<f64>,
     /// Whether thrust may drift with time, for no voltage is known.
     pub drift_of_time: bool,
     /// All models that were tried.
@@ -219,6 +221,7 @@ pub(super) fn from_force(
         spread,
         lag,
         noise,
+        range_latency_s,
     } = found;
     let tried = choice.tried;
     if !fit.converged || fit.theta.iter().any(|v| !v.is_finite()) {
@@ -236,6 +239,7 @@ pub(super) fn from_force(
         rotor_radius_m,
         lag,
         noise,
+        range_latency_s,
         phases,
         hover_throttle: cut.hover_throttle,
         throttle_period_s: slowest_throttle_s(flights),

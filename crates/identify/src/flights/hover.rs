@@ -78,6 +78,7 @@ pub(super) fn ground_effect(
         rotor_radius_m,
         lag: None,
         noise: None,
+        range_latency_s: None,
         left_out: outside(flights, &phases, &hovers),
         phases,
         pieces,

@@ -85,13 +85,45 @@ pub(super) fn likeliest_latency(
         take,
     );
     let (chosen, other) = if take { (rival, best) } else { (best, rival) };
+    let rival = rival_of_motion(other, &chosen);
+    (chosen, rival)
+}
+
+/// A late accelerometer over a ground at rest, or a ground that moves: the one that explains more readings, then the likelier; and
+/// the other one where the flights do not exclude it.
+///
+/// A logged climb rate that one of them leaves out has no part in its cost.
+pub(super) fn late_or_other(
+    choice: &mut ModelSelection<'_>,
+    late: Tracked,
+    other: Tracked,
+) -> (Tracked, Option<Rival>) {
+    let climb_counts = |t: &Tracked| t.noise.climb_mps.is_finite();
+    let (late_counts, other_counts) = (climb_counts(&late), climb_counts(&other));
+    let evidence = other.cost - late.cost;
+    let take = late_counts > other_counts
+        || (late_counts == other_counts && evidence > EVIDENCE_OF_LATENCY);
+    choice.note(
+        "late accelerometer over a ground at rest",
+        late.fit.shape,
+        evidence,
+        take,
+    );
+    let (chosen, left) = if take { (late, other) } else { (other, late) };
+    let rival = (late_counts == other_counts)
+        .then(|| rival_of_motion(left, &chosen))
+        .flatten();
+    (chosen, rival)
+}
+
+/// The other explanation of the motion, where the flights do not exclude it.
+fn rival_of_motion(other: Tracked, chosen: &Tracked) -> Option<Rival> {
     // The curve and the lag of the wake are chosen later: what they move is not of the latency.
     let other = Rival {
         instead_of: Some(chosen.fit.clone()),
-        ..Rival::beside(other, &chosen)
+        ..Rival::beside(other, chosen)
     };
-    let rival = (other.probability > LEAST_PROBABILITY).then_some(other);
-    (chosen, rival)
+    (other.probability > LEAST_PROBABILITY).then_some(other)
 }
 
 /// The likeliest law of the static curve, and those that the flights do not exclude.

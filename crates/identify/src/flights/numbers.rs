@@ -23,6 +23,12 @@ const LAG_BETWEEN_ROWS: f64 = 0.16;
 /// the four cases of late accelerometers, sets 1 to 4), where the others gave 0.05. Behind filters it is below the latency at low frequencies.
 const LATENCY_OF_ROWS: f64 = 0.1;
 
+/// By how much a range may come before the accelerometer above a ground that moves (s).
+const EARLIEST_RANGE_S: f64 = 0.01;
+
+/// Latency of a range above a ground that moves, from which it is warned of (s).
+const LATEST_RANGE_S: f64 = 0.06;
+
 /// A number of the model, with its unit.
 #[derive(Clone, Debug, Serialize)]
 pub struct Number {
@@ -138,11 +144,18 @@ impl GroundEffect {
         Some(found?.beside(LATENCY_OF_ROWS * self.step_s()))
     }
 
-    /// The longest latency of an accelerometer that is looked for (s), where the flights ask for at least that.
-    pub(super) fn accelerometer_latency_at_bound_s(&self) -> Option<f64> {
-        let latency = self.fit.index("accelerometer_latency")?;
-        let latency_s = self.fit.theta[latency];
-        (latency_s > 0.0 && self.fit.held.contains(&latency)).then_some(latency_s)
+    /// How late the accelerometer is (s), where that is more than is harmless: against height and throttle, or above a ground that
+    /// moves against the height alone.
+    pub(super) fn accelerometer_late_s(&self) -> Option<f64> {
+        let after_range = self.range_latency_s.map(|latency_s| -latency_s);
+        let after_range = after_range.filter(|late_s| *late_s > EARLIEST_RANGE_S);
+        self.fit.long_latency_s().or(after_range)
+    }
+
+    /// The latency of the range against accelerometer and throttle (s), where no range finder and its link explain it.
+    pub(super) fn range_late_s(&self) -> Option<f64> {
+        self.range_latency_s
+            .filter(|latency_s| *latency_s > LATEST_RANGE_S)
     }
 
     /// A time that counts from the command, from one that counts from its log; its least value, and the least end of its interval.

@@ -5,11 +5,15 @@ use super::fit::{Fit, fit};
 use super::ground::Basis;
 use super::height_noise::{noise_of_heights, with_twice_the_noise};
 use super::lag::lag;
-use super::likeliest::{Rival, likeliest_curve, likeliest_latency, likeliest_motors};
+use super::likeliest::{
+    Rival, late_or_other, likeliest_curve, likeliest_latency, likeliest_motors,
+};
 use super::model::{Curve, ModelTerms};
 use super::resampling::Resampling;
 use super::selection::ModelSelection;
-use super::trajectory::{self, Noise, Tracked, track, track_beside_others, track_shape};
+use super::trajectory::{
+    self, Noise, Tracked, track, track_beside_others, track_shape, with_long_latency,
+};
 use crate::estimate::Estimate;
 use crate::refusal::Refusal;
 
@@ -36,6 +40,8 @@ pub(super) struct Resolved {
     pub(super) lag: Option<Estimate>,
     /// Noise of sensors and air, where the trajectories have a likelihood.
     pub(super) noise: Option<Noise>,
+    /// Latency of the range (s), over a ground that moves.
+    pub(super) range_latency_s: Option<f64>,
 }
 
 /// The numbers that are reported: those of the likeliest trajectories where the innovations are white, else those of the fit
@@ -68,6 +74,7 @@ pub(super) fn final_model(
         fit: measured,
         spread,
         noise: None,
+        range_latency_s: None,
     })
 }
 
@@ -104,8 +111,10 @@ fn along_trajectories(
     if basis == Basis::Poses && tracked.is_preferred(basis) {
         return Some((likeliest_motors(choice, tracked, units), None));
     }
-    if tracked.noise.is_of_others() && tracked.fit.shape.near_damping {
-        // Chosen along heights over a ground that moves, or with climb rates of a filter. It takes the place of the wake's lag there.
+    let of_others = tracked.noise.is_of_others() || tracked.fit.long_latency_s().is_some();
+    if of_others && tracked.fit.shape.near_damping {
+        // Chosen along heights over a ground that moves, with climb rates of a filter, or with a late accelerometer. It takes the
+        // place of the wake's lag there.
         refused.push(Refusal::ClimbConfoundedWithLag);
         let shape = ModelTerms {
             near_damping: false,
@@ -118,7 +127,8 @@ fn along_trajectories(
 
 /// The trajectories of flights with an accelerometer, and the rival by its latency.
 ///
-/// A latency comes before other noise: a ground that moves, whose range has an unknown latency, would take its place.
+/// A short latency comes before other noise: a ground that moves, whose range has an unknown latency, would take its place. A long
+/// one also leaves innovations that are not white, as a moving ground does: there both are fitted, and the likelier is taken.
 fn along_accelerometer(
     choice: &mut ModelSelection<'_>,
     start: &Fit,
@@ -126,13 +136,23 @@ fn along_accelerometer(
 ) -> Option<(Tracked, Option<Rival>)> {
     let plain = track(choice.pieces, start, units);
     let plain = plain.map(|t| likeliest_latency(choice, t, units));
-    if plain.as_ref().is_some_and(|(t, _)| t.is_trusted()) {
-        return plain;
+    let at_rest = plain.clone().filter(|(t, _)| t.is_trusted());
+    if at_rest
+        .as_ref()
+        .is_some_and(|(t, _)| t.fit.long_latency_s().is_none())
+    {
+        return at_rest;
     }
-    let others = track_beside_others(choice.pieces, start, units);
-    others
-        .map(|t| likeliest_latency(choice, t, units))
-        .or(plain)
+    let at_rest = at_rest.or_else(|| {
+        let late = with_long_latency(choice.pieces, start, units)?;
+        Some((late, None))
+    });
+    let others = track_beside_others(choice.pieces, start, units)
+        .map(|t| likeliest_latency(choice, t, units));
+    match (at_rest, others) {
+        (Some((late, _)), Some((other, _))) => Some(late_or_other(choice, late, other)),
+        (at_rest, others) => at_rest.or(others).or(plain),
+    }
 }
 
 /// What the trajectories say, with the likeliest curve; the wake's lag stays where its interval is narrow enough.
@@ -153,6 +173,7 @@ fn resolved(
         spread,
         lag,
         noise: Some(tracked.noise),
+        range_latency_s: tracked.range_latency_s,
     };
     let (tracked, mut rivals) = likeliest_curve(choice, tracked, units);
     rivals.extend(by_latency.clone());

@@ -8,9 +8,12 @@ use super::curve::Curve;
 /// late had a motor lag of 0.004 for 0.045 s; with 0.2 it is found to 1 ms, and later ones show no thrust that follows the throttle.
 const LATEST_S: f64 = 0.2;
 
-/// Longest latency of an accelerometer (s). Averages over a row, and low-pass filters down to 8 Hz, are below it. Beyond it a filter
-/// takes part of the motion away, and no latency describes that.
-const LONGEST_LATENCY_S: f64 = 0.03;
+/// Longest latency of an accelerometer (s): logs without stamps of the sensor, and default low-pass filters, have 0.1 at most.
+const LONGEST_LATENCY_S: f64 = 0.15;
+
+/// Longest latency of an accelerometer that is taken for harmless (s). A low-pass filter beyond it takes part of the motion away, and
+/// no latency describes that.
+pub(super) const HARMLESS_LATENCY_S: f64 = 0.03;
 
 /// What a model has beside the scales of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -176,9 +179,9 @@ impl ModelTerms {
             out.push(p("fountain_tau", "s", 0.2, [0.005, 2.0], 0.5));
         }
         if self.accelerometer_latency {
-            // Low-pass filters of autopilots: 3 to 20 ms.
+            // Low-pass filters of autopilots: 3 to 20 ms, and up to 0.1 s by telemetry.
             let bounds = [0.0, LONGEST_LATENCY_S];
-            out.push(p("accelerometer_latency", "s", 0.0, bounds, 0.02));
+            out.push(p("accelerometer_latency", "s", 0.0, bounds, 0.05));
         }
         out
     }

@@ -216,6 +216,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         rotor_radius_m: settings.rotor_radius_m.unwrap_or(f64::NAN),
         lag: None,
         noise: None,
+        range_latency_s: None,
         phases,
         hover_throttle: cut.hover_throttle,
         throttle_period_s: slowest,

@@ -20,9 +20,10 @@ use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use surroundings::{Ground, Velocity};
-use touchdown_identify::Origin;
 use touchdown_identify::estimate::Estimate;
 use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
+use touchdown_identify::warning::Warning;
+use touchdown_identify::{IdentificationSettings, Origin};
 use touchdown_model::card::Term;
 use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
@@ -71,6 +72,8 @@ pub struct Vehicle {
     pub turbulence_mps2: f64,
     /// Range noise (m), standard deviation.
     pub range_noise_m: f64,
+    /// How long before its row the range was true (s), for the log and the autopilot alike.
+    pub range_late_s: f64,
     /// Rate of the range (Hz).
     pub range_hz: f64,
     /// Noise of the accelerometer (m/s²), standard deviation of a sample.
@@ -120,6 +123,7 @@ impl Default for Vehicle {
             turbulence_mps2: 0.08,
             range_noise_m: 0.002,
             range_hz: 50.0,
+            range_late_s: 0.0,
             accelerometer_noise_mps2: 0.15,
             accelerometer_late_s: 0.0,
             accelerometer_cutoff_hz: 0.0,
@@ -260,19 +264,21 @@ const LATENCY: &str = "accelerometer latency";
 
 /// What came of a set of flights.
 pub enum Cell {
-    /// Each of [`QUANTITIES`], where it was identified, and the [`LATENCY`].
-    Found(Box<[Option<Estimate>; 8]>),
+    /// Each of [`QUANTITIES`], where it was identified, and the [`LATENCY`]; and whether the card warns of a late sensor.
+    Found(Box<[Option<Estimate>; 8]>, bool),
     /// Nothing, for the reason given.
     Refused(String),
 }
 
 impl Cell {
-    /// Prints a line for each quantity: `head`, its name, the truth, and what was found.
+    /// Prints a line for each quantity: `head`, which ends in the name of a case, its name, the truth, and what was found. A case
+    /// whose late sensor is warned of is another one: `+warned`.
     pub fn print(&self, head: &str, vehicle: &Vehicle) -> std::io::Result<()> {
         let mut out = std::io::stdout().lock();
         match self {
             Self::Refused(why) => writeln!(out, "{head} refused {}", why.replace('\n', " "))?,
-            Self::Found(found) => {
+            Self::Found(found, warned) => {
+                let head = format!("{head}{}", if *warned { "+warned" } else { "" });
                 let names = QUANTITIES.iter().chain([&LATENCY]);
                 for ((name, truth), found) in names.zip(vehicle.truth()).zip(&**found) {
                     let name = name.replace(' ', "_");
@@ -312,7 +318,18 @@ pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
         std_error: d.std_error * r,
         ci95: d.ci95.map(|v| v * r),
     });
-    Cell::Found(Box::new([
+    let all = IdentificationSettings {
+        flight: settings,
+        ..IdentificationSettings::default()
+    };
+    let warnings = found.card(&all, &Origin::default()).warnings;
+    let warned = warnings.iter().any(|w| {
+        matches!(
+            w,
+            Warning::AccelerometerLate { .. } | Warning::RangeLate { .. }
+        )
+    });
+    let numbers = [
         lift(0.5),
         lift(1.0),
         lift(2.0),
@@ -321,7 +338,8 @@ pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
         of("damping"),
         found.motor_lag_s(),
         of("accelerometer_latency"),
-    ]))
+    ];
+    Cell::Found(Box::new(numbers), warned)
 }
 
 /// One flight: up, hovers and passes at many heights, bobbing near the ground, down. One whose error of height leads it to the
@@ -373,8 +391,10 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
     let steps = (course.end_s() / STEP_S) as usize;
     let late = (v.throttle_late_s / STEP_S).round() as usize;
     let every_command = every_log / v.commands_a_row;
-    let mut range = f64::NAN;
+    let late_range = (v.range_late_s / STEP_S).round() as usize;
+    let (mut range, mut heights_m) = (f64::NAN, Vec::new());
     for k in 0..steps {
+        heights_m.push(world.height_m);
         let t = k as f64 * STEP_S;
         let force = thrust_scale
             * v.thrust(world.speed)
@@ -385,7 +405,9 @@ fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
             return None;
         }
         if k % every_range == 0 {
-            range = world.height_m + error_m + v.range_noise_m * normal(&mut random);
+            range = heights_m[k.saturating_sub(late_range)]
+                + error_m
+                + v.range_noise_m * normal(&mut random);
             pilot.range(range, v);
         }
         let [commands, logs] = [

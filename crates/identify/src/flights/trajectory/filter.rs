@@ -1,7 +1,7 @@
 //! The Kalman filter along one run: innovations of range, climb rate and accelerometer.
 
 use super::Noise;
-use super::kalman::{AT_REST, Filter, MOVING, Modelled, Pass, Seen, Sensor, Step, padded, unit};
+use super::kalman::{AT_REST, Filter, MOVING, Modelled, Pass, Seen, Sensor, Step, padded};
 use crate::flights::model::{ModelValues, Segment, WakeState};
 
 /// Rows that do not count for longer than this start the motion anew (s).
@@ -227,13 +227,14 @@ impl<const N: usize> Run<'_, N> {
         let measured = |all: &[f64]| all.get(i).copied().filter(|v| v.is_finite());
         let time_s = self.piece.time_s[i];
         if let Some(range_m) = measured(&self.piece.range_m) {
-            let late_s = self.filter.mean.get(9).copied().unwrap_or(0.0);
-            let closing = self.filter.closing_mps();
-            let miss = range_m - (self.filter.mean[0] - late_s * closing);
-            let seen = Seen::of(Sensor::Range, time_s, miss, self.noise.range_m);
+            let (height_m, along) = self.filter.height_of_range();
+            let seen = Seen::of(
+                Sensor::Range,
+                time_s,
+                range_m - height_m,
+                self.noise.range_m,
+            );
             if self.noise.ground.is_some() {
-                let mut along = unit(0);
-                (along[1], along[7], along[9]) = (-late_s, late_s, -closing);
                 self.filter.update_along(&seen, &along);
             } else {
                 self.filter.update_by_state(&seen, 0);

@@ -33,7 +33,7 @@ pub use noise::{GroundMotion, Noise};
 
 pub(super) use self::clock::start;
 pub(super) use self::filter::Settings;
-pub(super) use self::latency::with_latency;
+pub(super) use self::latency::{with_latency, with_long_latency};
 
 pub(super) use self::whiteness::Whiteness;
 
@@ -67,6 +67,8 @@ pub(super) struct Tracked {
     pub(super) colour: Whiteness,
     /// Half the slope of the cost downwards, of stretches of time.
     pub(super) slopes: Vec<DVector<f64>>,
+    /// Latency of the range against accelerometer and throttle (s); absent over a ground at rest.
+    pub(super) range_latency_s: Option<f64>,
 }
 
 impl Tracked {
@@ -122,24 +124,27 @@ pub(super) fn track_beside_others(
     settings: Settings,
 ) -> Option<Tracked> {
     let problem = Problem::of(pieces, start, settings);
-    let rest = Noise::first(start);
-    let measured = |p: &Segment| p.climb_measured_mps.iter().any(|v| v.is_finite());
-    let without_climb = pieces
-        .iter()
-        .any(measured)
-        .then(|| rest.without_climb_rate());
+    let [rest, without_climb] = noises_at_rest(pieces, start);
     let above_moving = |noise: Noise| {
         let cost = |noise: &Noise| problem.cost(&start.theta, *noise);
         let all = noise.above_moving_ground().into_iter();
         all.min_by(|a, b| cost(a).total_cmp(&cost(b)))
     };
-    let moving = [Some(rest), without_climb].map(|noise| noise.and_then(above_moving));
+    let moving = [rest, without_climb].map(|noise| noise.and_then(above_moving));
     [without_climb, moving[0], moving[1]]
         .into_iter()
         .flatten()
         .filter_map(|noise| problem.track(start, noise, true))
         .map(|found| clock::across_zero(pieces, found, settings))
         .find(Tracked::is_trusted)
+}
+
+/// Noise from which a search starts over a ground at rest: with all readings, and without logged climb rates, where there are some.
+fn noises_at_rest(pieces: &[Segment], start: &Fit) -> [Option<Noise>; 2] {
+    let rest = Noise::first(start);
+    let measured = |p: &Segment| p.climb_measured_mps.iter().any(|v| v.is_finite());
+    let without_climb = pieces.iter().any(measured);
+    [Some(rest), without_climb.then(|| rest.without_climb_rate())]
 }
 
 /// As [`track`], for another shape, from what was found for one.
@@ -159,6 +164,15 @@ pub(super) fn track_shape(
         ..start
     };
     Problem::of(pieces, &start, settings).track(&start, from.noise, false)
+}
+
+/// The mean of values with standard errors; `None` where there are none.
+fn weighted_mean(all: impl Iterator<Item = [f64; 2]>) -> Option<f64> {
+    let [sum, weight] = all.fold([0.0; 2], |[sum, weight], [value, error]| {
+        let precision = error.powi(-2);
+        [sum + precision * value, weight + precision]
+    });
+    (weight > 0.0).then(|| sum / weight)
 }
 
 impl<'a> Problem<'a> {
@@ -220,6 +234,7 @@ impl<'a> Problem<'a> {
             noise: point.noise,
             cost: point.cost,
             colour: Whiteness::of(&passes),
+            range_latency_s: weighted_mean(passes.iter().filter_map(|p| p.range_latency_s)),
             slopes: equations.slopes,
         })
     }

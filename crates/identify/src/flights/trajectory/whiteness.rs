@@ -100,6 +100,7 @@ mod tests {
                 scale: 1.0,
                 bias: 0.0,
             },
+            range_latency_s: None,
         }]
     }
 
