@@ -19,7 +19,7 @@ use vertical::{Vehicle, identify, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;
-const CASES: [&str; 26] = [
+const CASES: [&str; 28] = [
     "30g",
     "30g-poses",
     "4kg",
@@ -46,6 +46,8 @@ const CASES: [&str; 26] = [
     "late-0.05-accelerometer-deck",
     "late-0.1-range",
     "late-0.05-range",
+    "filtered-10hz-accelerometer",
+    "filtered-15hz-accelerometer",
 ];
 
 fn main() -> std::io::Result<()> {
@@ -157,6 +159,15 @@ fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
         // Second order with a cutoff of 5 Hz: 45 ms.
         "filtered-5hz-accelerometer" => Vehicle {
             accelerometer_cutoff_hz: 5.0,
+            ..usual
+        },
+        // 23 and 15 ms.
+        "filtered-10hz-accelerometer" => Vehicle {
+            accelerometer_cutoff_hz: 10.0,
+            ..usual
+        },
+        "filtered-15hz-accelerometer" => Vehicle {
+            accelerometer_cutoff_hz: 15.0,
             ..usual
         },
         // First order with a cutoff of 4 Hz: 40 ms.

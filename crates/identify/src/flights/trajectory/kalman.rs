@@ -338,3 +338,42 @@ impl<const N: usize> Filter<N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_a_late_range_shows_the_height_of_its_time() {
+        let mut filter = Filter::<MOVING> {
+            mean: unit(4),
+            covariance: Covariance::identity(),
+            innovations: Vec::new(),
+            cost: 0.0,
+            acceleration_mps2: 2.0,
+        };
+        // The vehicle climbs by 0.5 m/s and accelerates by 2 m/s²; the ground by 0.1 m/s and 0.4 m/s².
+        let late_s = 0.1;
+        (filter.mean[0], filter.mean[1]) = (1.0, 0.5);
+        (filter.mean[7], filter.mean[8], filter.mean[9]) = (0.1, 0.4, late_s);
+        let (height_m, along) = filter.height_of_range();
+        // Constant acceleration: exact, but for rounding.
+        let truth_m = 1.0 - 0.4 * late_s + 0.5 * 1.6 * late_s * late_s;
+        assert!((height_m - truth_m).abs() < 1e-12, "{height_m}");
+        // Two-sided differences of a parabola are exact; rounding over their width is 1e-11.
+        for k in [0, 1, 7, 8, 9] {
+            let at = |by: f64| {
+                let mut mean = filter.mean;
+                mean[k] += by;
+                let moved = Filter::<MOVING> {
+                    mean,
+                    innovations: Vec::new(),
+                    ..filter
+                };
+                moved.height_of_range().0
+            };
+            let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
+            assert!((slope - along[k]).abs() < 1e-9, "{k}: {slope} {}", along[k]);
+        }
+    }
+}
