@@ -101,7 +101,7 @@ pub(super) fn late_or_other(
     let climb_counts = |t: &Tracked| t.noise.climb_mps.is_finite();
     let (late_counts, other_counts) = (climb_counts(&late), climb_counts(&other));
     let evidence = other.cost - late.cost;
-    let take = late_counts > other_counts
+    let take = (late_counts && !other_counts)
         || (late_counts == other_counts && evidence > EVIDENCE_OF_LATENCY);
     choice.note(
         "late accelerometer over a ground at rest",
