@@ -490,7 +490,7 @@ fn late_sensors(warnings: &[Warning]) -> [Option<f64>; 2] {
 }
 
 #[test]
-fn prop_a_late_accelerometer_above_a_moving_ground_and_a_late_range_are_warned_of() {
+fn prop_a_late_accelerometer_above_a_moving_ground_is_warned_of() {
     let said = |vehicle: Vehicle| {
         let all = settings_of(&vehicle);
         let log = Flight::of(&fly(&vehicle, 79_200), &all.flight).unwrap();
@@ -507,13 +507,6 @@ fn prop_a_late_accelerometer_above_a_moving_ground_and_a_late_range_are_warned_o
         ..Vehicle::default()
     });
     assert!(near(late[0], 0.05) && late[1].is_none(), "{late:?}");
-    // Of a ground effect that one flight shows.
-    let late = said(Vehicle {
-        amplitude: 0.14,
-        range_late_s: 0.1,
-        ..Vehicle::default()
-    });
-    assert!(late[0].is_none() && near(late[1], 0.1), "{late:?}");
 }
 
 #[test]
