@@ -27,7 +27,7 @@ pub struct SeriesNoise {
 
 impl MotionSeries {
     /// The noise of the heave. White noise of variance N adds N to the mean square of the fourth differences (over their gain, 70)
-    /// and makes rows more alike to chance. A sea of variance S and n rows in a mean period adds (12/n²)² S, because the density of
+    /// and makes neighbours less alike. A sea of variance S and n rows in a mean period adds (12/n²)² S, because the density of
     /// wind waves decreases as f⁻⁵, and neighbours correlate by cos(2π/n). N is the least that solves both for the variance and the
     /// mean period of the heave: where the rows are far apart, waves look like noise, and count as waves.
     #[must_use]

@@ -193,6 +193,16 @@ impl SpaceScenario {
         check::positive("crash.speed_mps", self.crash.speed_mps)?;
         check::within("crash.tilt_rad", self.crash.tilt_rad, 0.01, 3.2)?;
         check::positive("crash.lost_m", self.crash.lost_m)?;
+        let aside = self.start_m[0].hypot(self.start_m[1]);
+        check::that(
+            aside < self.crash.lost_m,
+            "start_m",
+            &format!(
+                "a place less than `crash.lost_m` = {} m aside of the deck",
+                self.crash.lost_m
+            ),
+            aside,
+        )?;
         consistency::check(self)
     }
 
