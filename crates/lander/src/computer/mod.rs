@@ -232,6 +232,8 @@ pub struct ComputerState<R: Real, S> {
     trim_up: Vector<R>,
     /// The barometer counts at any height.
     needs_barometer: bool,
+    /// [`Computer::wider`] at the last step.
+    wider: R,
     /// Mean of the observed disturbance while the vehicle knew its velocity, N.
     steady_n: Vector<R>,
     /// Time over which that mean was taken, s; zero without an observer.
@@ -349,6 +351,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             taken_over: None,
             trim_up: Vector::UP,
             needs_barometer: false,
+            wider: R::ONE,
             steady_n: Vector::ZERO,
             steady_s: R::ZERO,
             flown_s: R::ZERO,

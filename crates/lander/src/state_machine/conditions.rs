@@ -68,10 +68,6 @@ const PRESSED: f64 = 4.0;
 /// (0.15), so that waiting longer sets no foot down. Other values were not measured.
 const ALMOST_OFF: f64 = 0.1;
 
-/// By how much more an estimate may err, or a tag be older, at most: from 12 m above a paper's deck. Without a limit all is allowed at
-/// heights of 30 m, where no tag is seen and the height itself is a guess, and vehicles fly away. Half and twice of it were not tried.
-const WIDEST: f64 = 4.0;
-
 /// `value` lies in [0, limit]; NaN does not.
 fn up_to<R: Real>(value: R, limit: R) -> bool {
     value >= R::ZERO && value <= limit
@@ -122,7 +118,7 @@ impl<R: Real> StateMachine<R> {
     // Conditions that let a landing go on are written so that NaN fails them.
     pub(super) fn conditions(&self, seen: &MachineInput<R>) -> Conditions {
         let blind = self.blind(seen);
-        let tag_lost = self.has_lost_tag(seen);
+        let tag_lost = !up_to(seen.tag_age_s, self.tag_age_s);
         let stale = blind.or(tag_lost.then_some(Reason::TagLost));
 
         let height_m = seen.height_m;
@@ -201,23 +197,9 @@ impl<R: Real> StateMachine<R> {
         }
     }
 
-    /// By how much more an estimate may err, or a tag be older, at a height: in proportion to it above the safe height, from where there is
-    /// more way to correct an error, and where more images miss the tag; 1 where the height is not a number. In proportion from the
-    /// hover on, 22 of 480 vehicles with late readings and lost frames crash in place of 13.
-    #[inline(never)]
-    pub(crate) fn wider_at(&self, height_m: R) -> R {
-        (height_m / self.safe_height_m).max(R::ONE).min(r(WIDEST))
-    }
-
-    /// Whether the last tag is too old.
-    fn has_lost_tag(&self, seen: &MachineInput<R>) -> bool {
-        let wider = self.wider_at(seen.height_m);
-        !up_to(seen.tag_age_s, wider * self.tag_age_s)
-    }
-
     /// Why height and velocity above the deck are not known.
     fn blind(&self, seen: &MachineInput<R>) -> Option<Reason> {
-        let tag_lost = self.has_lost_tag(seen);
+        let tag_lost = !up_to(seen.tag_age_s, self.tag_age_s);
         let range_lost = !up_to(seen.range_age_s, self.range_age_s);
         // Range or tag gives the height; without both, the IMU carries it on for a while.
         let unmeasured = tag_lost && range_lost && !up_to(seen.height_sd_m, self.coast_sd_m);

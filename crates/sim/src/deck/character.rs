@@ -144,7 +144,7 @@ impl MotionSeries {
         largest(&natural_cubic(self.times_s(), &self.coordinate(HEAVE)))
     }
 
-    /// Spectrum of the heave: frequency, Hz, and density, m²/Hz, up to five over the mean period, from windowed pieces of
+    /// Spectrum of the heave: frequency, Hz, and density, m²/Hz, up to five over the mean period and half of the rate of the rows, from windowed pieces of
     /// twenty mean periods that overlap by half (Welch 1967). Its variance sums to that of the heave as far as the motion is
     /// slower than that.
     #[must_use]
@@ -152,8 +152,10 @@ impl MotionSeries {
         let (times_s, heave) = (self.times_s(), self.coordinate(HEAVE));
         let piece_s = (PIECE_PERIODS * mean_period_s).min(self.duration_s());
         let frequencies = (PIECE_PERIODS * HIGHEST_PER_MEAN) as u32;
+        let highest_hz = 0.5 / self.step_s();
         let mut spectrum: Vec<[f64; 2]> = (1..=frequencies)
             .map(|k| [f64::from(k) / piece_s, 0.0])
+            .filter(|[frequency_hz, _]| *frequency_hz <= highest_hz)
             .collect();
         let mut pieces = 0.0;
         let mut from_s = 0.0;

@@ -227,10 +227,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         estimate: &RelativeEstimate<R>,
         dt: R,
     ) {
+        let now_mps = self.heaves_mps(state, estimate);
         let sea = &mut state.sea;
         let share = lag_share(r(ROUGH_S), dt);
         let fading_mps = lag_by(sea.seen_mps, R::ZERO, share);
-        sea.seen_mps = fading_mps.max(self.heaves_mps(estimate));
+        sea.seen_mps = fading_mps.max(now_mps);
         if !self.under_way {
             let aside_mps = estimate.deck_velocity_mps.horizontal().norm();
             let fading_mps = lag_by(sea.swayed_mps, R::ZERO, share);
@@ -247,8 +248,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     /// How fast the deck heaves for certain, m/s: as estimated, less up to three standard deviations above the safe height. From 10 m
     /// above, errors of the attitude move the heights as a sea does.
-    pub(super) fn heaves_mps(&self, estimate: &RelativeEstimate<R>) -> R {
-        let sds = self.state_machine.wider_at(estimate.height_m()) - R::ONE;
+    pub(super) fn heaves_mps(
+        &self,
+        state: &ComputerState<R, G::State>,
+        estimate: &RelativeEstimate<R>,
+    ) -> R {
+        let sds = state.wider - R::ONE;
         let certain_mps =
             estimate.deck_velocity_mps.z.abs() - sds * estimate.deck_velocity_sd_mps.z;
         certain_mps.finite_or(R::ZERO).max(R::ZERO)

@@ -40,6 +40,8 @@ struct Knowledge<R> {
     position: bool,
     /// The vehicle's own velocity is known.
     velocity: bool,
+    /// Age of the last tag over what the height allows, s.
+    tag_age_s: R,
     /// Age of the last sample of the inertial unit, s.
     unfelt_s: R,
 }
@@ -68,7 +70,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let deck_speed_mps = self.greatest_deck_speed(state, &deck, &estimate);
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
         let seen = MachineInput {
-            tag_age_s: health.tag.age_s,
+            tag_age_s: knowledge.tag_age_s,
             range_age_s: health.range.age_s,
             imu_age_s: health.imu.age_s,
             diverged: !knowledge.position || health.diverged || mistimed,
@@ -148,9 +150,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         health: &Health<R>,
     ) -> Knowledge<R> {
         state.needs_barometer = self.needs_barometer(state, estimate);
+        let wider = self.wider(estimate, health);
+        state.wider = wider;
+        let tag_age_s = health.tag.age_s / wider;
+        // Who has lost the tag knows less and less, and flies in the world's frame all the longer.
+        let seen = tag_age_s <= self.state_machine.tag_age_s;
         Knowledge {
-            position: self.knows_enough(state, estimate, health.tag.age_s),
+            position: self.knows_enough(state, estimate, if seen { wider } else { R::ONE }),
             velocity: self.moves_known(estimate),
+            tag_age_s,
             unfelt_s: health.imu.age_s,
         }
     }
@@ -349,7 +357,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         now: &DeckMotionPrediction<R>,
         estimate: &RelativeEstimate<R>,
     ) -> R {
-        let least = self.heaves_mps(estimate);
+        let least = self.heaves_mps(state, estimate);
         if state.deck.count() == 0 {
             return least.max(r::<R>(2.0) * now.velocity_sd_mps);
         }

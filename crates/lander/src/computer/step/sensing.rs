@@ -16,7 +16,7 @@ const MISTIMED_S: f64 = 0.03;
 /// Time after such a change until the vehicle's own motion has been estimated with the new
 /// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
-/// Share of `known_sd_m` up to whose standard deviation a height tells of the deck's motion: 0.1 m, that of a tag 6 m below. The
+/// Share of `known_sd_m` up to whose standard deviation a height from above the safe height tells of the deck's motion: 0.1 m, that of a tag 6 m below. The
 /// estimator of the deck takes all heights for as precise as those of a hover, and one that errs by 0.4 m for a wave.
 const CLEAR: f64 = 1.0 / 3.0;
 
@@ -52,7 +52,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
         relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
         let mistimed = self.estimate_latency(state, sensed.readings, dt);
-        let clear = |sighting: &DeckSighting<R>| sighting.sd_m <= r::<R>(CLEAR) * self.known_sd_m;
+        let above = state.wider > R::ONE;
+        let clear =
+            |sighting: &DeckSighting<R>| !above || sighting.sd_m <= r::<R>(CLEAR) * self.known_sd_m;
         let sighting = self.relative.deck_sighting(&state.relative).filter(clear);
         let (height, elapsed_s) = state.sightings.step(sighting, self.deck.delay_s, dt);
         if elapsed_s > R::ZERO {
