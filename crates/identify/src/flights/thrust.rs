@@ -177,11 +177,8 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
     let climb = cut.pieces.iter().all(|p| !p.climb_mps.is_empty());
     let mut refused = Vec::new();
     let drift_of_time = cut.drifts_with_time(flights);
-    let mut choice = ModelSelection::start(
-        &cut.pieces,
-        ModelTerms::plain(Curve::Free, climb, fast_enough),
-        settings.reference_radii,
-    );
+    let terms = ModelTerms::plain(Curve::Free, climb, fast_enough);
+    let mut choice = ModelSelection::start(&cut.pieces, terms, settings.reference_radii);
     choice.offer_motors(drift_of_time);
     if fast_enough {
         choice.colour();
