@@ -12,7 +12,7 @@ fn prop_starts_above_the_range_finders_reach_land_as_those_below() {
         timeout_s: 150.0,
         ..SpaceScenario::default()
     };
-    // The range finder reaches 12 m. From 25 m one image in twenty shows the tag.
+    // The range finder reaches 12 m. From 25 m few images show the tag.
     for start_m in [[0.0, 0.0, 15.0], [5.0, 0.0, 25.0]] {
         let scenario = at_sea(start_m);
         let hold_m = scenario.control.state_machine.hold_height_m;

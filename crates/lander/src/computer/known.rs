@@ -25,8 +25,8 @@ const UNSEEN: f64 = 0.3;
 /// Share of the barometer's `trusted_above_m` above which it does: 0.75 m, where the rotors' pressure shifts the simulated barometer by 0.12 m.
 const UNSURE_ABOVE: f64 = 0.25;
 
-/// By how much more an estimate may err, or a tag be older, at most: from 12 m above a paper's deck. Without a limit all is allowed at
-/// heights of 30 m, where no tag is seen and the height itself is a guess, and vehicles fly away. Half and twice of it were not tried.
+/// Greatest factor of [`Computer::wider`], reached at four times the safe height. Without a limit an estimate that has seen nothing yet,
+/// with a standard deviation of 10 m, counts as known from 100 m on. Half and twice of it were not tried.
 const WIDEST: f64 = 4.0;
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
@@ -93,10 +93,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
-    /// By how much more an estimate may err, or a tag be older: in proportion to the height above the safe height, from where there is
-    /// more way to correct an error, and where more images miss the tag; 1 where the height is not a number. In proportion from the
-    /// hover on, 22 of 480 vehicles with late readings and lost frames crash in place of 13. Without satellites 1: by late tags from 15 m
-    /// a vehicle swings ever farther, and flies away.
+    /// Factor on the limits of the uncertainty and of the tag's age. Above the safe height it grows with the height: there is more way to
+    /// correct an error, and more images miss the tag. It is 1 below, where the height is not a number, and without satellites: by late
+    /// tags from 15 m a vehicle swings ever farther and flies away. If it grows from the hover on, 22 of 480 vehicles with late readings
+    /// and lost frames crash; as it is, 13.
     #[inline(never)]
     pub(super) fn wider(&self, estimate: &RelativeEstimate<R>, health: &Health<R>) -> R {
         if !health.gnss.fresh {

@@ -74,7 +74,7 @@ fn rounding_sd_m(heave: &[f64]) -> f64 {
 /// The variance of the noise in a heave of the given variance and rows per mean period, whose fourth differences are those of
 /// white noise of variance `white`.
 fn beyond_waves(white: f64, variance: f64, rows_per_period: f64) -> f64 {
-    // The noise shortens the mean period: what is left of the heave is slower the more of it is noise.
+    // Noise shortens the mean period: that of the waves alone is longer.
     let seen = |noise: f64| {
         let correlation = variance * (TAU / rows_per_period).cos() / (variance - noise);
         let rows = TAU / correlation.clamp(-1.0, 1.0).acos();

@@ -16,8 +16,8 @@ const MISTIMED_S: f64 = 0.03;
 /// Time after such a change until the vehicle's own motion has been estimated with the new
 /// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
-/// Share of `known_sd_m` up to whose standard deviation a height from above the safe height tells of the deck's motion: 0.1 m, that of a tag 6 m below. The
-/// estimator of the deck takes all heights for as precise as those of a hover, and one that errs by 0.4 m for a wave.
+/// Greatest standard deviation, over `known_sd_m`, of a height that the estimator of the deck gets from above the safe height. It takes
+/// all heights for as precise as those of a hover: an error of some decimetres counts as a wave. Other values were not tried.
 const CLEAR: f64 = 1.0 / 3.0;
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
