@@ -54,7 +54,7 @@ impl Sweep {
         }
         let expected =
             format!("expected a thrust over weight of at least {LEAST_THRUST_TO_WEIGHT}");
-        let swept = self.lifts_of_points().into_iter().enumerate();
+        let swept = self.lifts_of_points().into_iter();
         if let Some((point, lift)) = swept.min_by(|a, b| a.1.total_cmp(&b.1))
             && lift < LEAST_THRUST_TO_WEIGHT
         {
@@ -78,10 +78,7 @@ impl Sweep {
         if drawn.is_empty() {
             return true;
         }
-        let points = match self.grid.iter().any(|(key, _)| of_lift(key)) {
-            true => self.points(),
-            false => 1,
-        };
+        let points = if self.sweeps_lift() { self.points() } else { 1 };
         (0..points).all(|point| {
             let swept = self.values(point).into_iter();
             let keys = swept.filter(|(key, _)| of_lift(key)).chain(drawn.clone());
@@ -98,30 +95,37 @@ impl Sweep {
         if self.random.iter().any(|(key, _)| of_lift(key)) {
             return None;
         }
-        let lifts = self.lifts_of_points();
-        let low = lifts.iter().filter(|lift| **lift < LEAST_THRUST_TO_WEIGHT);
-        let least = low.clone().copied().reduce(f64::min)?;
-        Some(match lifts.len() {
-            1 => format!(
+        let lifts = self.lifts_of_points().into_iter().map(|(_, lift)| lift);
+        let low: Vec<f64> = lifts
+            .filter(|lift| *lift < LEAST_THRUST_TO_WEIGHT)
+            .collect();
+        let least = low.iter().copied().reduce(f64::min)?;
+        Some(if self.sweeps_lift() {
+            format!(
+                "{} of {} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.2} times",
+                low.len(),
+                self.points()
+            )
+        } else {
+            format!(
                 "the vehicle has a greatest thrust of {least:.2} times its weight; expected at least {LEAST_THRUST_TO_WEIGHT}"
-            ),
-            points => format!(
-                "{} of {points} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.2} \
-                 times",
-                low.count()
-            ),
+            )
         })
     }
 
-    /// Thrust over weight of the true vehicle at the points of the grid, without draws; of one, where the grid does not change it.
-    fn lifts_of_points(&self) -> Vec<f64> {
-        let points = match self.grid.iter().any(|(key, _)| of_lift(key)) {
-            true => self.points(),
-            false => 1,
-        };
+    /// Whether points of the grid differ in the thrust over weight.
+    fn sweeps_lift(&self) -> bool {
+        self.grid.iter().any(|(key, _)| of_lift(key))
+    }
+
+    /// Points of the grid and their thrust over weight, without draws; the first alone, where the grid does not change it. Values that
+    /// no vehicle has are left out.
+    fn lifts_of_points(&self) -> Vec<(u64, f64)> {
+        let points = if self.sweeps_lift() { self.points() } else { 1 };
         let of_point = |point| {
             let swept = self.values(point).into_iter();
-            self.lift(swept.filter(|(key, _)| of_lift(key)))
+            let lift = self.lift(swept.filter(|(key, _)| of_lift(key)))?;
+            Some((point, lift))
         };
         (0..points).filter_map(of_point).collect()
     }
