@@ -76,7 +76,7 @@ const REPAIR: &str = "Remove these rows, or use another part of the recording";
 /// Share of the significant height that smoothing may take beyond the noise without a warning. The cutoff that follows the
 /// noise takes up to a twentieth.
 const SMOOTHED_SHARE: f64 = 0.15;
-/// Noise over the smoothed heave beyond which too many waves are lost with it. At a half, smoothing takes a twentieth of a JONSWAP
+/// Noise over the heave without it, beyond which too many waves are lost with the noise. At a half, smoothing takes a twentieth of a JONSWAP
 /// sea's height and half of its greatest acceleration; at a sixth, a fiftieth and a third.
 const HIDING_SHARE: f64 = 0.25;
 /// Share of the heave's standard deviation that may be noise or short waves without a warning. With ten rows in a mean period,
@@ -126,6 +126,7 @@ impl MeasuredDeck {
         let found = Findings {
             faults: measured.faults(&waves, cutoff_hz),
             noise: measured.noise(),
+            cutoff: settings.cutoff_hz,
             cutoff_hz,
             measured: &measured,
             unsmoothed: &unsmoothed,
@@ -194,6 +195,8 @@ struct Findings<'a> {
     faults: Vec<SeriesFault>,
     /// Of the motion as it was recorded: rounded heights repeat in it.
     noise: SeriesNoise,
+    /// As it was set, and as a frequency.
+    cutoff: Cutoff,
     cutoff_hz: Option<f64>,
     measured: &'a MotionSeries,
     unsmoothed: &'a MotionSeries,
@@ -242,19 +245,17 @@ impl Findings<'_> {
                 fast.above_hz, fast.peak_without_mps2, fast.above_hz
             ));
         }
-        warnings.extend(
-            self.sampling_warning()
-                .map(|text| format!("{file}: {text}")),
-        );
-        warnings.extend(
-            self.smoothing_warning()
-                .map(|text| format!("{file}: {text}")),
-        );
+        let of_noise = [self.sampling_warning(), self.smoothing_warning()];
+        let of_noise = of_noise.into_iter().flatten();
+        warnings.extend(of_noise.map(|text| format!("{file}: {text}")));
         warnings
     }
 
-    /// Rows that are too far apart to tell noise from waves.
+    /// Rows that are too far apart to tell noise from waves, where nobody has said what to smooth.
     fn sampling_warning(&self) -> Option<String> {
+        if self.cutoff != Cutoff::default() {
+            return None;
+        }
         let SeriesNoise {
             sd_m,
             greatest_sd_m,
@@ -284,10 +285,10 @@ impl Findings<'_> {
             .max(0.0)
             .sqrt();
         let left_m = self.waves.significant_height_m();
-        if noise_m > HIDING_SHARE * left_m {
+        if noise_m > HIDING_SHARE * without_noise_m {
             return Some(format!(
                 "noise of {noise_sd_m:.3} m hides waves: smoothing at {hz:.2} Hz leaves a significant height of {left_m:.3} m, and \
-                 the faster waves are lost with the noise, so that the deck moves less than the real one. Record with less noise"
+                 the faster waves are lost with the noise, so that the deck may move less than the real one. Record with less noise"
             ));
         }
         (left_m < (1.0 - SMOOTHED_SHARE) * without_noise_m).then(|| {
@@ -307,7 +308,7 @@ mod tests {
     use super::*;
 
     /// What is said of a heave of 0.2 m and 4 s, recorded for 400 s at a rate, with noise.
-    fn warnings(rate_hz: f64, noise_m: f64) -> Vec<String> {
+    fn warnings(rate_hz: f64, noise_m: f64, more: &str) -> Vec<String> {
         let folder = tempfile::tempdir().unwrap();
         let mut table = String::from("t,z\n");
         // 1 and -1 in an order that has no period.
@@ -321,11 +322,11 @@ mod tests {
             writeln!(table, "{t:.4},{z:.6}").unwrap();
         }
         std::fs::write(folder.path().join("z.csv"), table).unwrap();
-        let settings: SeriesSettings = toml::from_str(
-            "file = \"z.csv\"\n[format]\ntime = [{ column = \"t\", factor = 1.0 }]\n\
-             channels = [{ axis = \"heave\", column = \"z\", factor = 1.0 }]\nlongest_step_s = 2.0\n",
-        )
-        .unwrap();
+        let settings = format!(
+            "file = \"z.csv\"\n{more}[format]\ntime = [{{ column = \"t\", factor = 1.0 }}]\n\
+             channels = [{{ axis = \"heave\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 2.0\n",
+        );
+        let settings: SeriesSettings = toml::from_str(&settings).unwrap();
         MeasuredDeck::read(&settings, folder.path())
             .unwrap()
             .warnings
@@ -333,15 +334,22 @@ mod tests {
 
     #[test]
     fn prop_rows_far_apart_and_noise_above_the_waves_are_told() {
-        assert_eq!(warnings(10.0, 0.003), [""; 0]);
-        let [told] = &warnings(1.3, 0.0)[..] else {
+        assert_eq!(warnings(10.0, 0.003, ""), [""; 0]);
+        let [told] = &warnings(1.3, 0.0, "")[..] else {
             panic!("expected one warning");
         };
         assert!(
             told.contains("5.2 rows in a mean period are too few"),
             "{told}"
         );
-        let [told] = &warnings(10.0, 0.1)[..] else {
+        // Who says what to smooth knows.
+        assert_eq!(warnings(1.3, 0.0, "cutoff_hz = \"off\"\n"), [""; 0]);
+        // A cutoff below the waves loses them, not the noise.
+        let [told] = &warnings(10.0, 0.003, "cutoff_hz = 0.1\n")[..] else {
+            panic!("expected one warning");
+        };
+        assert!(told.contains("Raise cutoff_hz"), "{told}");
+        let [told] = &warnings(10.0, 0.1, "")[..] else {
             panic!("expected one warning");
         };
         assert!(
