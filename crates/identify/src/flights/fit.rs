@@ -73,12 +73,6 @@ impl Fit {
         self.index(name).map(|i| self.theta[i])
     }
 
-    /// The latency of the accelerometer (s), where it is longer than what is harmless behind a filter.
-    pub(super) fn long_latency_s(&self) -> Option<f64> {
-        let latency_s = self.value("accelerometer_latency");
-        latency_s.filter(|latency_s| *latency_s > super::shape::HARMLESS_LATENCY_S)
-    }
-
     pub(super) fn index(&self, name: &str) -> Option<usize> {
         self.shape.parameters().iter().position(|p| p.name == name)
     }

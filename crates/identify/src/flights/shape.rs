@@ -11,10 +11,6 @@ const LATEST_S: f64 = 0.2;
 /// Longest latency of an accelerometer (s): logs without stamps of the sensor, and default low-pass filters, have 0.1 at most.
 const LONGEST_LATENCY_S: f64 = 0.15;
 
-/// Longest latency of an accelerometer that is taken for harmless (s). A low-pass filter beyond it takes part of the motion away, and
-/// no latency describes that.
-pub(super) const HARMLESS_LATENCY_S: f64 = 0.03;
-
 /// What a model has beside the scales of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ModelTerms {

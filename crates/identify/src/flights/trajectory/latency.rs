@@ -15,6 +15,18 @@ const FIRST_S: f64 = 1e-4;
 /// 0.03 and 0.06 s the search ended at the same numbers.
 const FIRST_LONG_S: f64 = 0.05;
 
+/// Longest latency of an accelerometer that is taken for harmless (s). A low-pass filter beyond it takes part of the motion away, and
+/// no latency describes that.
+const HARMLESS_S: f64 = 0.03;
+
+impl Fit {
+    /// The latency of the accelerometer (s), where it is longer than what is harmless behind a filter.
+    pub(in crate::flights) fn long_latency_s(&self) -> Option<f64> {
+        let latency_s = self.value("accelerometer_latency");
+        latency_s.filter(|latency_s| *latency_s > HARMLESS_S)
+    }
+}
+
 /// The fit with a latency of the accelerometer; `None` where the flights are not likelier with a short one.
 ///
 /// At the minimum without it the slope of the cost by a latency is that with all other numbers at their best. So its sign tells

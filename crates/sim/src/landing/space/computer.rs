@@ -116,6 +116,12 @@ fn key_of_scenario(key: &str) -> String {
         return key.to_owned();
     };
     match block {
+        "reference" => match rest {
+            "terminal.duration_s" => "control.terminal_s".to_owned(),
+            "terminal.sink_rate_mps" => "control.terminal_sink_mps".to_owned(),
+            "exponential.c_per_s" => "control.exponential_per_s".to_owned(),
+            _ => key.to_owned(),
+        },
         "computer" if OF_SETTINGS.contains(&rest) => format!("control.{rest}"),
         "planner" => format!("control.planning.{rest}"),
         "adaptation" => format!("control.adapting.{rest}"),
@@ -153,6 +159,10 @@ mod tests {
             (
                 |s| s.control.watch_s = -1.0,
                 "setting `control.watch_s`: expected",
+            ),
+            (
+                |s| (s.control.planner, s.control.terminal_s) = (false, -1.0),
+                "setting `control.terminal_s`: expected",
             ),
             (
                 |s| s.control.gains.k_p = -4.0,
