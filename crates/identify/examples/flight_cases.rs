@@ -15,7 +15,8 @@ mod vertical;
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use vertical::{Vehicle, identify, uniform};
+use vertical::found::identify;
+use vertical::{Vehicle, uniform};
 
 /// Flights of a set.
 const FLIGHTS: u64 = 4;

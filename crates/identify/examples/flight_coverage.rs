@@ -88,5 +88,5 @@ fn set(vehicle: &Vehicle, seed: u64, flights: u64) -> std::io::Result<()> {
         vehicle.range_hz,
         vehicle.law
     );
-    vertical::identify(vehicle, seed, flights).print(&head, vehicle)
+    vertical::found::identify(vehicle, seed, flights).print(&head, vehicle)
 }

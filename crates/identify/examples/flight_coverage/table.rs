@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::vertical::QUANTITIES;
+use crate::vertical::found::QUANTITIES;
 
 /// The coverage that has to lie in the binomial interval: a little below 0.95, as a finite number of sets can show no more.
 const LEAST: f64 = 0.93;
