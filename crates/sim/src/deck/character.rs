@@ -144,9 +144,9 @@ impl MotionSeries {
         largest(&natural_cubic(self.times_s(), &self.coordinate(HEAVE)))
     }
 
-    /// Spectrum of the heave: frequency, Hz, and density, m²/Hz, up to five over the mean period and half of the rate of the rows, from windowed pieces of
-    /// twenty mean periods that overlap by half (Welch 1967). Its variance sums to that of the heave as far as the motion is
-    /// slower than that.
+    /// Spectrum of the heave: frequency, Hz, and density, m²/Hz, up to five over the mean period and half of the rate of the
+    /// rows, from windowed pieces of twenty mean periods that overlap by half (Welch 1967). Its variance sums to that of the heave
+    /// as far as the motion is slower than that.
     #[must_use]
     pub fn spectrum(&self, mean_period_s: f64) -> Vec<[f64; 2]> {
         let (times_s, heave) = (self.times_s(), self.coordinate(HEAVE));
@@ -237,6 +237,20 @@ mod tests {
             ),
             "{text}"
         );
+    }
+
+    #[test]
+    fn analytic_a_spectrum_has_no_mirror_images() {
+        // The swell once in 2 s, for 20 s: beyond 0.25 Hz its spectrum is repeated backwards, as high as its peak at 0.375 Hz.
+        let swell = swell(0.0);
+        let [times_s, heave] = [swell.times_s().to_vec(), swell.coordinate(HEAVE)];
+        let rows = (0..200).step_by(20);
+        let values = rows.clone().map(|i| [0.0, 0.0, heave[i], 0.0, 0.0]);
+        let seldom = MotionSeries::of(rows.clone().map(|i| times_s[i]).collect(), values.collect());
+        let spectrum = seldom.spectrum(8.0);
+        assert!(!spectrum.is_empty() && spectrum.iter().all(|[hz, _]| *hz <= 0.25));
+        // Frequencies are an eighteenth of a hertz apart.
+        assert!((peak_hz(&spectrum).unwrap() - 0.125).abs() < 1.0 / 18.0);
     }
 
     #[test]
