@@ -22,7 +22,7 @@ pub struct SeriesSettings {
     pub file: PathBuf,
     /// Significant height that the heave is scaled to, m; without it, as measured.
     pub significant_height_m: Option<f64>,
-    /// Cutoff below which the motion is kept, Hz; `"noise"`, the default, for the lowest that takes away no more than the
+    /// Cutoff below which the motion is kept, Hz; `"noise"`, the default, for the one with the least error at this
     /// noise; `"off"` to run through every row.
     #[serde(default)]
     pub cutoff_hz: Cutoff,
@@ -76,14 +76,14 @@ const REPAIR: &str = "Remove these rows, or use another part of the recording";
 /// Share of the significant height that smoothing may take beyond the noise without a warning. The cutoff that follows the
 /// noise takes up to a twentieth.
 const SMOOTHED_SHARE: f64 = 0.15;
-/// Noise over the heave without it, beyond which too many waves are lost with the noise. At a half, smoothing takes a twentieth of a JONSWAP
-/// sea's height and half of its greatest acceleration; at a sixth, a fiftieth and a third.
+/// Noise over the heave without it, beyond which too many waves are lost with the noise. At a half, smoothing takes a fiftieth of a JONSWAP
+/// sea's height and a quarter of its greatest acceleration; at a sixth, a hundredth and a tenth.
 const HIDING_SHARE: f64 = 0.25;
 /// Share of the heave's standard deviation that may be noise or short waves without a warning. With ten rows in a mean period,
 /// noise of a tenth makes as much acceleration as the waves.
 const EITHER_SHARE: f64 = 0.1;
-/// Rows in a mean period of which a JONSWAP sea leaves less than that share open.
-const ROWS_PER_PERIOD: usize = 12;
+/// Rows in a mean period of which a JONSWAP sea leaves less than that share open. A wind sea on a swell needs more.
+const ROWS_PER_PERIOD: f64 = 12.0;
 
 /// A measured motion of the deck, ready to be landed on.
 #[derive(Clone, Debug)]
@@ -241,7 +241,7 @@ impl Findings<'_> {
         {
             warnings.push(format!(
                 "{file}: without motion above {:.2} Hz, five times the mean frequency, the greatest acceleration is {:.2} m/s² in \
-                 place of {peak_mps2:.2} m/s². Is that motion noise? Set cutoff_hz = {:.2} in [series]",
+                 place of {peak_mps2:.2} m/s². Are these short waves? If they are noise, set cutoff_hz = {:.2} in [series]",
                 fast.above_hz, fast.peak_without_mps2, fast.above_hz
             ));
         }
@@ -266,10 +266,11 @@ impl Findings<'_> {
             .sqrt();
         let rows = rows_per_period?;
         let heave_sd_m = self.unsmoothed.significant_height_m() / 4.0;
+        let enough = (2.0 * rows).max(ROWS_PER_PERIOD).ceil();
         (either_m > EITHER_SHARE * heave_sd_m).then(|| {
             format!(
                 "{rows:.1} rows in a mean period are too few to tell noise from short waves, and how fast these move: {either_m:.3} m \
-                 (standard deviation) of the heave may be either, and is taken for waves. Record at least {ROWS_PER_PERIOD} rows in a mean period, or set cutoff_hz in \
+                 (standard deviation) of the heave may be either, and is taken for waves. Record at least {enough} rows in a mean period, or set cutoff_hz in \
                  [series]"
             )
         })

@@ -324,7 +324,7 @@ fn regress_a_tide_noise_and_a_frozen_sensor_do_not_make_the_waves() {
         "{text}"
     );
     assert!(
-        text.contains("Is that motion noise? Set cutoff_hz = "),
+        text.contains("Are these short waves? If they are noise, set cutoff_hz = "),
         "{text}"
     );
     // The sensor hangs for a minute, and steps at its end: more than gravity.

@@ -11,6 +11,12 @@ const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// What fourth differences see of seas with n rows in a mean period, over their standard deviation and times n². JONSWAP
 /// spectra of peakedness 1 to 7 up to 3 and 6 peak frequencies have 10 to 12.5 with 3 to 5 rows, 6 to 11 with 8, 2 to 7 with 16.
 const OF_SEAS: f64 = 12.0;
+/// Orders of the differences that tell noise from the tail of a sea.
+const ORDERS: [usize; 2] = [4, 8];
+/// Variance that differences of the first order see of the tail of a sea, over that of the second order; of white noise, 1. The
+/// density of wind waves decreases as f⁻⁵: 1.5 with 4 rows in their mean period, 1.75 with 10 and more, greater where the sea
+/// ends below half of the rate of the rows.
+const TAIL: f64 = 1.5;
 /// Halvings of the interval in which the noise is searched: to a thousandth of it.
 const HALVINGS: usize = 10;
 
@@ -26,35 +32,50 @@ pub struct SeriesNoise {
 }
 
 impl MotionSeries {
-    /// The noise of the heave. White noise of variance N adds N to the mean square of the fourth differences (over their gain, 70)
-    /// and makes neighbours less alike. A sea of variance S and n rows in a mean period adds (12/n²)² S, because the density of
-    /// wind waves decreases as f⁻⁵, and neighbours correlate by cos(2π/n). N is the least that solves both for the variance and the
-    /// mean period of the heave: where the rows are far apart, waves look like noise, and count as waves.
+    /// The noise of the heave: the least that two equations allow. Differences of the order d, over the root of the sum of their
+    /// squared weights, have the variance N of white noise for every d, and more of waves.
+    ///
+    /// Of one sea of variance S with n rows in a mean period, fourth differences have up to (12/n²)² S, and neighbours correlate
+    /// by cos(2π/n) without noise, by less with it. N solves both for the variance and the mean period of the heave: where the
+    /// rows are far apart, waves look like noise, and count as waves.
+    ///
+    /// Of the tail of any sea (wind waves on a swell), fourth differences have at least 1.5 times the variance of eighth
+    /// differences.
     #[must_use]
     pub fn noise(&self) -> SeriesNoise {
         let heave = self.coordinate(HEAVE);
-        let white_m = white_sd_m(&heave);
+        let [fourth, eighth] = ORDERS.map(|order| self.variance_of_differences(&heave, order));
         let (waves, _) = self.without_slow_heave(LONGEST_PERIOD_S);
         let rows_per_period = waves.mean_period_s().map(|s| s / self.step_s());
         let variance = (waves.significant_height_m() / 4.0).powi(2);
-        let beyond_waves_m = rows_per_period.map_or(white_m, |rows| {
-            beyond_waves(white_m * white_m, variance, rows).sqrt()
-        });
+        let beside_one_sea =
+            rows_per_period.map_or(fourth, |rows| beyond_waves(fourth, variance, rows));
+        let beside_a_tail = ((TAIL * eighth - fourth) / (TAIL - 1.0)).clamp(0.0, fourth);
         let rounding_m = rounding_sd_m(&heave);
         SeriesNoise {
-            sd_m: beyond_waves_m.max(rounding_m),
-            greatest_sd_m: white_m.max(rounding_m),
+            sd_m: beside_one_sea.min(beside_a_tail).sqrt().max(rounding_m),
+            greatest_sd_m: fourth.sqrt().max(rounding_m),
             rows_per_period,
         }
     }
-}
 
-/// Standard deviation of white noise with the median fourth difference of the heave, m.
-fn white_sd_m(heave: &[f64]) -> f64 {
-    // The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance.
-    let fourth = heave.windows(5);
-    let fourth = fourth.map(|z| (z[0] - 4.0 * z[1] + 6.0 * z[2] - 4.0 * z[3] + z[4]).abs());
-    median(fourth.collect()) / (MEDIAN_OF_NORMAL * 70_f64.sqrt())
+    /// Variance of white noise with the median difference of the given order of the heave, m². The weights of a difference are
+    /// those that are 0 for each polynomial of a lower degree at the times of the rows, so that uneven times are no noise.
+    fn variance_of_differences(&self, heave: &[f64], order: usize) -> f64 {
+        let (times_s, step_s) = (self.times_s(), self.step_s());
+        let differences = times_s.windows(order + 1).zip(heave.windows(order + 1));
+        let sizes = differences.map(|(t, z)| {
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for (at_s, height) in t.iter().zip(z) {
+                let places = t.iter().map(|other| (at_s - other) / step_s);
+                let weight = 1.0 / places.filter(|place| *place != 0.0).product::<f64>();
+                sum += weight * height;
+                squares += weight * weight;
+            }
+            (sum / squares.sqrt()).abs()
+        });
+        (median(sizes.collect()) / MEDIAN_OF_NORMAL).powi(2)
+    }
 }
 
 /// Standard deviation of rounding to the smallest step, m; 0 where most rows differ from the one before. The median difference
@@ -101,17 +122,28 @@ mod tests {
     use crate::deck::wave::{Spectrum, WaveSpectrum};
     use crate::random::{Purpose, Stream};
 
-    /// A JONSWAP sea with noise: 2000 rows.
-    fn sea(height_m: f64, rate_hz: f64, noise_m: f64, seed: u64) -> MotionSeries {
+    /// JONSWAP seas (significant height, m, and peak period, s) with noise: 2000 rows at times that are off by up to the given
+    /// share of a row.
+    fn recorded(
+        seas: &[[f64; 2]],
+        [rate_hz, off]: [f64; 2],
+        noise_m: f64,
+        seed: u64,
+    ) -> MotionSeries {
         let mut random = Stream::new(seed, 0, Purpose::Deck);
-        let spectrum = Spectrum::new(&WaveSpectrum::Jonswap {
-            significant_height_m: height_m,
-            peak_period_s: 5.0,
-            peakedness: 3.3,
-        });
-        let waves = spectrum.unwrap().waves(1000, &mut random);
-        let times_s: Vec<f64> = (0..2000).map(|i| f64::from(i) / rate_hz).collect();
-        let heave = times_s.iter().map(|t| {
+        let mut waves = Vec::new();
+        for [significant_height_m, peak_period_s] in seas {
+            let spectrum = Spectrum::new(&WaveSpectrum::Jonswap {
+                significant_height_m: *significant_height_m,
+                peak_period_s: *peak_period_s,
+                peakedness: 3.3,
+            });
+            waves.extend(spectrum.unwrap().waves(1000, &mut random));
+        }
+        let mut times_s = Vec::new();
+        let heave = (0..2000).map(|i| {
+            let t = (f64::from(i) + off * (2.0 * random.uniform() - 1.0)) / rate_hz;
+            times_s.push(t);
             let of_wave = |w: &crate::deck::wave::Wave| {
                 w.amplitude_m * (w.angular_frequency * t + w.phase_rad).cos()
             };
@@ -127,13 +159,48 @@ mod tests {
     fn analytic_waves_whose_rows_are_far_apart_are_no_noise() {
         // 2.3 to 8 rows in the mean period of 3.9 s. A median of white noise would be 1.5 to 0.16 of the waves.
         for (rate_hz, seed) in [(0.6, 1), (0.8, 2), (1.0, 3), (1.28, 4), (2.0, 5)] {
-            let series = sea(0.5, rate_hz, 0.0, seed);
+            let series = recorded(&[[0.5, 5.0]], [rate_hz, 0.0], 0.0, seed);
             let noise = series.noise();
             assert!(
                 noise.sd_m < 0.1 * noise.greatest_sd_m,
                 "{rate_hz} {noise:?}"
             );
             assert!(noise.greatest_sd_m > 0.1 * 0.125, "{rate_hz} {noise:?}");
+        }
+    }
+
+    #[test]
+    fn analytic_a_wind_sea_on_a_swell_is_no_noise() {
+        // 4 to 10 rows in the mean period of the wind sea, 20 and more in that of both, so that one sea of this height would have
+        // less in its differences.
+        for (wind_sea, rate_hz, seed) in [
+            ([0.3, 2.5], 2.5, 1),
+            ([0.3, 2.5], 4.0, 2),
+            ([0.15, 2.0], 4.0, 3),
+            ([0.15, 2.0], 6.0, 4),
+        ] {
+            let noise = recorded(&[[1.0, 10.0], wind_sea], [rate_hz, 0.0], 0.0, seed).noise();
+            // The ratio of the variances is known to a tenth, twice that by how much it counts.
+            assert!(
+                noise.sd_m < 0.45 * noise.greatest_sd_m,
+                "{wind_sea:?} {rate_hz} {noise:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn analytic_uneven_times_are_no_noise() {
+        // Differences that take the rows for even see noise of 0.006 m at 4 Hz.
+        for (rate_hz, noise_m) in [(4.0, 0.0), (10.0, 0.0), (10.0, 0.01)] {
+            for seed in 0..4 {
+                let noise = recorded(&[[0.5, 5.0]], [rate_hz, 0.45], noise_m, seed).noise();
+                // As in the test of noise beside waves.
+                let (least, most) = (0.8 * noise_m, 1.12 * noise_m + 0.0005);
+                assert!(
+                    (least..=most).contains(&noise.sd_m),
+                    "{rate_hz} {noise_m} {noise:?}"
+                );
+            }
         }
     }
 
@@ -148,7 +215,7 @@ mod tests {
             (1e-6, 5.0, 0.1),
         ] {
             for seed in 0..4 {
-                let noise = sea(height_m, rate_hz, noise_m, seed).noise();
+                let noise = recorded(&[[height_m, 5.0]], [rate_hz, 0.0], noise_m, seed).noise();
                 // The median of 2000 correlated differences is known to 4 %, three times that; waves may be taken for a third of
                 // the variance of the noise, a fifth of its standard deviation.
                 assert!(
