@@ -18,8 +18,9 @@ const COMMITTED: f64 = 6.0;
 /// with the prior of a rough sea. At 1 a vehicle that starts 3.6 m aside hovers where it is.
 const SWAYING: f64 = 3.0;
 
-/// Share of `known_sd_mps` and of `known_sd_m` beyond which the barometer counts also near the deck: before the velocity is unknown, and
-/// when the deck is out of sight. The effects of halving and doubling were not measured.
+/// Share of `known_sd_mps` and of `known_sd_m` beyond which the barometer counts also near the deck: before the velocity is unknown, or
+/// when the height is (an accelerometer with an error may say that the climb rate is known, while the vehicle sinks by 0.25 m/s for 10 s),
+/// and when the deck is out of sight. The effects of halving and doubling were not measured.
 const UNSURE_CLIMB: f64 = 0.5;
 const UNSEEN: f64 = 0.3;
 /// Share of the barometer's `trusted_above_m` above which it does: 0.75 m, where the rotors' pressure shifts the simulated barometer by 0.12 m.
@@ -68,8 +69,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) -> bool {
         let height_sd_m = estimate.position_sd_m.z;
         let least_m = r::<R>(UNSURE_ABOVE) * self.relative.barometer.trusted_above_m;
+        let climb_sd_mps = estimate.velocity_sd_mps.z;
+        let unsure = climb_sd_mps > r::<R>(UNSURE_CLIMB) * self.known_sd_mps
+            || height_sd_m > self.known_sd_m;
         state.flown_s > r(BLIND_START_S)
-            && estimate.velocity_sd_mps.z > r::<R>(UNSURE_CLIMB) * self.known_sd_mps
+            && unsure
             && height_sd_m > r::<R>(UNSEEN) * self.known_sd_m
             && estimate.height_m() + height_sd_m >= least_m
     }

@@ -58,6 +58,7 @@ mod known;
 mod sea;
 mod seek;
 mod sightings;
+mod steady;
 mod step;
 mod support;
 #[cfg(test)]
@@ -69,6 +70,7 @@ use sea::Sea;
 pub use seek::Seek;
 use seek::SeekState;
 use sightings::Sightings;
+use steady::Steady;
 use support::Support;
 
 use crate::estimate::deck::{DeckEstimator, DeckEstimatorState, DeckMotionPrediction};
@@ -234,10 +236,8 @@ pub struct ComputerState<R: Real, S> {
     needs_barometer: bool,
     /// [`Computer::wider`] at the last step.
     wider: R,
-    /// Mean of the observed disturbance while the vehicle knew its velocity, N.
-    steady_n: Vector<R>,
-    /// Time over which that mean was taken, s; zero without an observer.
-    steady_s: R,
+    /// The disturbance while the vehicle knew its velocity.
+    steady: Steady<R>,
     /// Time since the start, s.
     flown_s: R,
     /// How rough the sea is.
@@ -352,8 +352,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             trim_up: Vector::UP,
             needs_barometer: false,
             wider: R::ONE,
-            steady_n: Vector::ZERO,
-            steady_s: R::ZERO,
+            steady: Steady::NONE,
             flown_s: R::ZERO,
             sea: Sea::default(),
             lean: Vector::ZERO,

@@ -1,7 +1,8 @@
 //! Wind: the trim, the slope of the approach, the lowest foot, the search upwind.
 
+use super::steady::Steady;
 use super::{Computer, ComputerState};
-use crate::estimate::relative::RelativeEstimate;
+use crate::estimate::relative::{Health, RelativeEstimate};
 use crate::space_controller::{Motion, Target, WINDY_TILTED_SHARE};
 use crate::state_machine::Phase;
 use touchdown_flight::ground_effect::GroundEffect;
@@ -27,6 +28,10 @@ const COURSE_LEAN_S: f64 = 0.7;
 /// Memory of the mean disturbance that a vehicle counts on when it no longer knows its velocity, s: long against its own
 /// motion in the hover. Gusts of 30 m still mislead it. The effects of halving and doubling were not measured.
 const STEADY_S: f64 = 10.0;
+/// Time between two values of that mean, s: short against a swing of the hover.
+const VALUE_S: f64 = 0.05;
+/// Age of the tag up to which it corrects the velocity, where no satellites do, s.
+const CORRECTED_S: f64 = 0.3;
 
 /// Distance by which gusts move a vehicle off its axis per slope of the approach, m: 0.07 m at
 /// 10 m/s, two standard deviations. Halved, every second descent at 10 m/s is aborted for it; doubled, the
@@ -116,34 +121,52 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     pub(super) fn watch_weather(
         &self,
         state: &mut ComputerState<R, G::State>,
-        estimate: &RelativeEstimate<R>,
+        (estimate, health): (&RelativeEstimate<R>, &Health<R>),
         attitude: Attitude<R>,
         dt: R,
     ) {
         self.take_over(state, attitude);
-        self.remember_disturbance(state, estimate, dt);
+        self.remember_disturbance(state, estimate, health, dt);
         state.trim_up = self.find_trim_up(state);
         self.lean(state, estimate, dt);
         self.watch_sea(state, estimate, dt);
     }
 
-    /// Updates the mean disturbance while the vehicle knows its velocity. Without that knowledge it drifts, and the observer sees the drag
-    /// of the drift: balanced, the drift would continue.
+    /// Updates the mean disturbance while readings correct the velocity. Without them the vehicle drifts, and the observer sees the drag
+    /// of the drift: balanced, the drift would continue. With it, the mean error of what is felt: the acceleration that the velocity did
+    /// not follow.
     fn remember_disturbance(
         &self,
         state: &mut ComputerState<R, G::State>,
         estimate: &RelativeEstimate<R>,
+        health: &Health<R>,
         dt: R,
     ) {
+        let steady = &mut state.steady;
         let Some(controller) = &state.controller else {
-            state.steady_s = R::ZERO;
+            *steady = Steady::NONE;
             return;
         };
-        if self.controller.observer.is_some() && self.moves_known(estimate) {
-            state.steady_s = (state.steady_s + dt).min(r(STEADY_S));
-            let share = (dt / state.steady_s).finite_or(R::ZERO);
-            state.steady_n += (controller.disturbance_n - state.steady_n) * share;
+        steady.waited_s += dt;
+        if steady.waited_s < r(VALUE_S) || self.controller.observer.is_none() {
+            return;
         }
+        let over_s = core::mem::replace(&mut steady.waited_s, R::ZERO);
+        let corrected = health.gnss.fresh || health.tag.age_s <= r(CORRECTED_S);
+        let known = corrected && self.moves_known(estimate);
+        let now_mps = known.then_some(estimate.velocity_mps);
+        let before_mps = core::mem::replace(&mut steady.velocity_mps, now_mps);
+        let (Some(now_mps), Some(before_mps)) = (now_mps, before_mps) else {
+            return;
+        };
+        steady.learned_s = (steady.learned_s + over_s).min(r(STEADY_S));
+        let share = (over_s / steady.learned_s).finite_or(R::ZERO);
+        let bias_mps2 = estimate.bias_mps2;
+        let seen_n = controller.disturbance_n + bias_mps2 * self.controller.mass_kg;
+        steady.disturbance_n += (seen_n - steady.disturbance_n) * share;
+        let felt_mps2 = estimate.acceleration_mps2 + bias_mps2;
+        let followed_mps2 = (now_mps - before_mps) * (R::ONE / over_s);
+        steady.error_mps2 += (felt_mps2 - followed_mps2 - steady.error_mps2) * share;
     }
 
     /// Moves a hover whose tag is lost upwind and up. The camera of a leaning vehicle looks

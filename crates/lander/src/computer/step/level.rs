@@ -1,19 +1,12 @@
 //! The flight of a vehicle that knows how fast it climbs, and nothing else of its motion.
 
 use crate::computer::{Computer, ComputerState};
+use crate::estimate::relative::RelativeEstimate;
 use crate::space_controller::{Motion, SpaceCommand, Target};
 use crate::state_machine::Maneuver;
 use touchdown_flight::ground_effect::GroundEffect;
-use touchdown_flight::real::{Real, r};
+use touchdown_flight::real::Real;
 use touchdown_flight::space::Vector;
-
-/// Least time over which a mean disturbance is taken before it is used, s: about one swing of the hover.
-const LEARNED_S: f64 = 1.0;
-
-/// A mean disturbance over `steady_s` seconds, if that is long enough.
-pub(super) fn learned_n<R: Real>(steady_n: Vector<R>, steady_s: R) -> Option<Vector<R>> {
-    (steady_s >= r(LEARNED_S)).then_some(steady_n)
-}
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// A flight in the world's frame without the horizontal velocity, which counts as zero: the vehicle keeps its mean trim and drifts. An
@@ -24,7 +17,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         &self,
         state: &mut ComputerState<R, G::State>,
         maneuver: Maneuver<R>,
-        motion: &Motion<R>,
+        (motion, estimate): (&Motion<R>, &RelativeEstimate<R>),
         dt: R,
     ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
         let mut still = *motion;
@@ -55,7 +48,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             // What the hover in that trim, at the thrust `W cos α`, is in balance with.
             controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
-        let learned_n = learned_n(state.steady_n, state.steady_s);
+        let felt_mps2 = estimate.acceleration_mps2 + estimate.bias_mps2;
+        state.steady.drift(felt_mps2, dt);
+        let learned_n = state.steady.learned_n(self.controller.mass_kg);
         let aside_n = learned_n.unwrap_or(controller.disturbance_n);
         let command = self.controller.step(controller, &still, &target, dt);
         controller.disturbance_n = aside_n.horizontal() + Vector::UP * controller.disturbance_n.z;

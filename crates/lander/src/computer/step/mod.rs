@@ -62,7 +62,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let knowledge = self.knowledge(state, &estimate, &health);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
-        self.watch_weather(state, &estimate, attitude, dt);
+        self.watch_weather(state, (&estimate, &health), attitude, dt);
         self.watch_consistency(state, &health, dt);
 
         let deck = self.forecast_deck(state, &estimate);
@@ -192,7 +192,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else if (known && felt) || maneuver == Maneuver::Disarm {
             self.act(state, maneuver, reference.as_ref(), motion, dt)
         } else if started && felt && maneuver.is_in_the_world() && self.climb_known(estimate) {
-            self.fly_level(state, maneuver, motion, dt)
+            self.fly_level(state, maneuver, (motion, estimate), dt)
         } else {
             let rises = !felt && knowledge.unfelt_s <= r(UNFELT_S + RISE_S);
             (Some(self.hover(state, motion, rises, dt)), None)
@@ -317,7 +317,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let trim = state.trim_up;
         let share = if rises { r(RISE_SHARE) } else { R::ONE };
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
-        let learned_n = level::learned_n(state.steady_n, state.steady_s);
+        let learned_n = state.steady.learned_n(self.controller.mass_kg);
         let holding_n = match learned_n {
             Some(steady_n) => (weight_n - steady_n.z) / trim.z,
             None => weight_n * trim.z,

@@ -1,0 +1,50 @@
+//! What a vehicle remembers of the air for the time when it no longer knows its velocity.
+
+use touchdown_flight::kernel::lag_share;
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::space::Vector;
+
+/// Least time over which a mean is taken before it is used, s: about one swing of the hover.
+const LEARNED_S: f64 = 0.5;
+/// Time constant of the error in a flight without a velocity, s. With drag κ per mass, the drift obeys s² + κ s + κ/T = 0:
+/// of the default airframe κ is 0.4 s⁻¹, and its damping 0.77.
+const DRIFT_S: f64 = 6.0;
+
+/// Means over the time in which the vehicle knew its velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Steady<R> {
+    /// Disturbance as it is felt, with the errors of accelerometer and attitude, N.
+    pub(super) disturbance_n: Vector<R>,
+    /// Those errors, m/s².
+    pub(super) error_mps2: Vector<R>,
+    /// Time over which the means were taken, s.
+    pub(super) learned_s: R,
+    /// Velocity at the last value, where it was known, m/s.
+    pub(super) velocity_mps: Option<Vector<R>>,
+    /// Time since the last value, s.
+    pub(super) waited_s: R,
+}
+
+impl<R: Real> Steady<R> {
+    /// Nothing.
+    pub(super) const NONE: Self = Self {
+        disturbance_n: Vector::ZERO,
+        error_mps2: Vector::ZERO,
+        learned_s: R::ZERO,
+        velocity_mps: None,
+        waited_s: R::ZERO,
+    };
+
+    /// The mean disturbance, N, if it was taken long enough.
+    pub(super) fn learned_n(&self, mass_kg: R) -> Option<Vector<R>> {
+        (self.learned_s >= r(LEARNED_S)).then_some(self.disturbance_n - self.error_mps2 * mass_kg)
+    }
+
+    /// Corrects the horizontal error in a flight that balances the mean disturbance. There the vehicle accelerates only as long as its
+    /// drag differs from the one that it had at rest: what is felt is the error, less κ times the drift, and follows it until the
+    /// drift ends.
+    pub(super) fn drift(&mut self, felt_mps2: Vector<R>, dt: R) {
+        let error_mps2 = (felt_mps2 - self.error_mps2).horizontal();
+        self.error_mps2 += error_mps2 * lag_share(r(DRIFT_S), dt);
+    }
+}
