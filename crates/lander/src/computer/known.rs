@@ -70,11 +70,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let height_sd_m = estimate.position_sd_m.z;
         let least_m = r::<R>(UNSURE_ABOVE) * self.relative.barometer.trusted_above_m;
         let climb_sd_mps = estimate.velocity_sd_mps.z;
-        let unsure = climb_sd_mps > r::<R>(UNSURE_CLIMB) * self.known_sd_mps
-            || height_sd_m > self.known_sd_m;
-        state.flown_s > r(BLIND_START_S)
-            && unsure
-            && height_sd_m > r::<R>(UNSEEN) * self.known_sd_m
+        height_sd_m > r::<R>(UNSEEN) * self.known_sd_m
+            && (climb_sd_mps > r::<R>(UNSURE_CLIMB) * self.known_sd_mps
+                || height_sd_m > self.known_sd_m)
+            && state.flown_s > r(BLIND_START_S)
             && estimate.height_m() + height_sd_m >= least_m
     }
 

@@ -236,8 +236,6 @@ pub struct ComputerState<R: Real, S> {
     needs_barometer: bool,
     /// [`Computer::wider`] at the last step.
     wider: R,
-    /// The disturbance while the vehicle knew its velocity.
-    steady: Steady<R>,
     /// Time since the start, s.
     flown_s: R,
     /// How rough the sea is.
@@ -247,6 +245,8 @@ pub struct ComputerState<R: Real, S> {
     /// Horizontal acceleration of a deck under way or in a rough sea, m/s².
     course_mps2: Vector<R>,
     seek: SeekState<R>,
+    /// The disturbance while the vehicle knew its velocity.
+    steady: Steady<R>,
 }
 
 /// Output of a step of a [`Computer`].

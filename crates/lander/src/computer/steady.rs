@@ -1,6 +1,5 @@
 //! What a vehicle remembers of the air for the time when it no longer knows its velocity.
 
-use touchdown_flight::kernel::lag_share;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 
@@ -19,7 +18,7 @@ pub(super) struct Steady<R> {
     pub(super) error_mps2: Vector<R>,
     /// Time over which the means were taken, s.
     pub(super) learned_s: R,
-    /// Velocity at the last value, where it was known, m/s.
+    /// Velocity at the last value, m/s, where it was known.
     pub(super) velocity_mps: Option<Vector<R>>,
     /// Time since the last value, s.
     pub(super) waited_s: R,
@@ -45,6 +44,6 @@ impl<R: Real> Steady<R> {
     /// drift ends.
     pub(super) fn drift(&mut self, felt_mps2: Vector<R>, dt: R) {
         let error_mps2 = (felt_mps2 - self.error_mps2).horizontal();
-        self.error_mps2 += error_mps2 * lag_share(r(DRIFT_S), dt);
+        self.error_mps2 += error_mps2 * (dt * r(1.0 / DRIFT_S));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::steady::Steady;
 use super::{Computer, ComputerState};
-use crate::estimate::relative::{Health, RelativeEstimate};
+use crate::estimate::relative::RelativeEstimate;
 use crate::space_controller::{Motion, Target, WINDY_TILTED_SHARE};
 use crate::state_machine::Phase;
 use touchdown_flight::ground_effect::GroundEffect;
@@ -30,8 +30,6 @@ const COURSE_LEAN_S: f64 = 0.7;
 const STEADY_S: f64 = 10.0;
 /// Time between two values of that mean, s: short against a swing of the hover.
 const VALUE_S: f64 = 0.05;
-/// Age of the tag up to which it corrects the velocity, where no satellites do, s.
-const CORRECTED_S: f64 = 0.3;
 
 /// Distance by which gusts move a vehicle off its axis per slope of the approach, m: 0.07 m at
 /// 10 m/s, two standard deviations. Halved, every second descent at 10 m/s is aborted for it; doubled, the
@@ -121,12 +119,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     pub(super) fn watch_weather(
         &self,
         state: &mut ComputerState<R, G::State>,
-        (estimate, health): (&RelativeEstimate<R>, &Health<R>),
+        (estimate, corrected): (&RelativeEstimate<R>, bool),
         attitude: Attitude<R>,
         dt: R,
     ) {
         self.take_over(state, attitude);
-        self.remember_disturbance(state, estimate, health, dt);
+        state.steady.waited_s += dt;
+        if state.steady.waited_s >= r(VALUE_S) {
+            self.remember_disturbance(state, estimate, corrected);
+        }
         state.trim_up = self.find_trim_up(state);
         self.lean(state, estimate, dt);
         self.watch_sea(state, estimate, dt);
@@ -139,33 +140,25 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         &self,
         state: &mut ComputerState<R, G::State>,
         estimate: &RelativeEstimate<R>,
-        health: &Health<R>,
-        dt: R,
+        corrected: bool,
     ) {
         let steady = &mut state.steady;
+        let over_s = core::mem::replace(&mut steady.waited_s, R::ZERO);
         let Some(controller) = &state.controller else {
             *steady = Steady::NONE;
             return;
         };
-        steady.waited_s += dt;
-        if steady.waited_s < r(VALUE_S) || self.controller.observer.is_none() {
-            return;
-        }
-        let over_s = core::mem::replace(&mut steady.waited_s, R::ZERO);
-        let corrected = health.gnss.fresh || health.tag.age_s <= r(CORRECTED_S);
-        let known = corrected && self.moves_known(estimate);
+        let known = corrected && self.controller.observer.is_some() && self.moves_known(estimate);
         let now_mps = known.then_some(estimate.velocity_mps);
         let before_mps = core::mem::replace(&mut steady.velocity_mps, now_mps);
         let (Some(now_mps), Some(before_mps)) = (now_mps, before_mps) else {
             return;
         };
         steady.learned_s = (steady.learned_s + over_s).min(r(STEADY_S));
-        let share = (over_s / steady.learned_s).finite_or(R::ZERO);
-        let bias_mps2 = estimate.bias_mps2;
-        let seen_n = controller.disturbance_n + bias_mps2 * self.controller.mass_kg;
-        steady.disturbance_n += (seen_n - steady.disturbance_n) * share;
-        let felt_mps2 = estimate.acceleration_mps2 + bias_mps2;
+        let share = over_s / steady.learned_s;
+        steady.disturbance_n += (controller.disturbance_n - steady.disturbance_n) * share;
         let followed_mps2 = (now_mps - before_mps) * (R::ONE / over_s);
+        let felt_mps2 = estimate.acceleration_mps2;
         steady.error_mps2 += (felt_mps2 - followed_mps2 - steady.error_mps2) * share;
     }
 

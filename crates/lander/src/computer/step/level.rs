@@ -48,8 +48,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             // What the hover in that trim, at the thrust `W cos α`, is in balance with.
             controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
-        let felt_mps2 = estimate.acceleration_mps2 + estimate.bias_mps2;
-        state.steady.drift(felt_mps2, dt);
+        state.steady.drift(estimate.acceleration_mps2, dt);
         let learned_n = state.steady.learned_n(self.controller.mass_kg);
         let aside_n = learned_n.unwrap_or(controller.disturbance_n);
         let command = self.controller.step(controller, &still, &target, dt);

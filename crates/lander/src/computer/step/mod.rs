@@ -23,6 +23,8 @@ use touchdown_flight::space::{Attitude, Vector};
 /// readings of every sensor. In that time a wind that changes by 1 m/s moves it by 5 cm. Halved, a deck
 /// that is seen late is not followed from the start; doubled, gusts push the vehicle farther.
 pub(super) const BLIND_START_S: f64 = 0.5;
+/// Age of the tag up to which it corrects the velocity, where no satellites do, s.
+const CORRECTED_S: f64 = 0.3;
 
 /// Time without a sample of the inertial unit after which velocities are no longer followed, s: an acceleration that was
 /// held for it is wrong by 1 m/s², the velocity by 0.3 m/s, as much as a known one may be. Until then a gap is bridged.
@@ -62,7 +64,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let knowledge = self.knowledge(state, &estimate, &health);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
-        self.watch_weather(state, (&estimate, &health), attitude, dt);
+        let corrected = health.gnss.fresh || health.tag.age_s <= r(CORRECTED_S);
+        self.watch_weather(state, (&estimate, corrected), attitude, dt);
         self.watch_consistency(state, &health, dt);
 
         let deck = self.forecast_deck(state, &estimate);
