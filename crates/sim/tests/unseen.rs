@@ -71,3 +71,30 @@ fn prop_who_loses_sight_of_a_sea_stays_near_and_above_it() {
     }
     assert!(unseeing >= 8, "{unseeing} saw nothing");
 }
+
+#[test]
+fn prop_an_error_of_the_accelerometer_is_no_wind() {
+    let mut scenario = SpaceScenario {
+        timeout_s: 50.0,
+        ..SpaceScenario::default()
+    };
+    lose(&mut scenario, 8.0);
+    // Never calm enough to land before 8 s.
+    scenario.control.state_machine.deck_speed_mps = 1e-6;
+    scenario.sensors.imu.bias_sd_mps2 = 0.2;
+    for wind_mps in [0.0, 4.0] {
+        scenario.wind.steady_mps = [wind_mps, 0.0, 0.0];
+        let lander = SpaceLander::new(&scenario).unwrap();
+        for trial in 0..8 {
+            let landing = lander.land(trial, 47, true).unwrap();
+            let reason = Some(Reason::TagLost);
+            assert_eq!(landing.outcome, SpaceOutcome::GivenUp { reason }, "{trial}");
+            let rows = landing.trace.unwrap().rows;
+            let [first, last] = [rows.first(), rows.last()].map(|row| row.unwrap().position_m);
+            let drift_m = (last[0] - first[0]).hypot(last[1] - first[1]);
+            // In the 2 s in which it counts on its velocity an error of 0.2 m/s² makes 0.4 m/s, which the drag and the correction end
+            // after about 2 and 6 s. An error that is balanced as wind moves it by up to 9 m.
+            assert!(drift_m < 4.5, "{wind_mps} m/s, {trial}: {drift_m} m");
+        }
+    }
+}

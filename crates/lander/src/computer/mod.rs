@@ -247,6 +247,8 @@ pub struct ComputerState<R: Real, S> {
     seek: SeekState<R>,
     /// The disturbance while the vehicle knew its velocity.
     steady: Steady<R>,
+    /// Time since the last value in it, s.
+    unremembered_s: R,
 }
 
 /// Output of a step of a [`Computer`].
@@ -353,6 +355,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             needs_barometer: false,
             wider: R::ONE,
             steady: Steady::NONE,
+            unremembered_s: R::ZERO,
             flown_s: R::ZERO,
             sea: Sea::default(),
             lean: Vector::ZERO,

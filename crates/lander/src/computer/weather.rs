@@ -124,8 +124,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) {
         self.take_over(state, attitude);
-        state.steady.waited_s += dt;
-        if state.steady.waited_s >= r(VALUE_S) {
+        state.unremembered_s += dt;
+        if state.unremembered_s >= r(VALUE_S) {
             self.remember_disturbance(state, estimate, corrected);
         }
         state.trim_up = self.find_trim_up(state);
@@ -143,7 +143,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         corrected: bool,
     ) {
         let steady = &mut state.steady;
-        let over_s = core::mem::replace(&mut steady.waited_s, R::ZERO);
+        let over_s = core::mem::replace(&mut state.unremembered_s, R::ZERO);
         let Some(controller) = &state.controller else {
             *steady = Steady::NONE;
             return;

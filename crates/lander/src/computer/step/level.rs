@@ -1,7 +1,6 @@
 //! The flight of a vehicle that knows how fast it climbs, and nothing else of its motion.
 
 use crate::computer::{Computer, ComputerState};
-use crate::estimate::relative::RelativeEstimate;
 use crate::space_controller::{Motion, SpaceCommand, Target};
 use crate::state_machine::Maneuver;
 use touchdown_flight::ground_effect::GroundEffect;
@@ -17,7 +16,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         &self,
         state: &mut ComputerState<R, G::State>,
         maneuver: Maneuver<R>,
-        (motion, estimate): (&Motion<R>, &RelativeEstimate<R>),
+        motion: &Motion<R>,
         dt: R,
     ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
         let mut still = *motion;
@@ -48,7 +47,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             // What the hover in that trim, at the thrust `W cos α`, is in balance with.
             controller.disturbance_n = (Vector::UP - trim * trim.z) * weight_n;
         }
-        state.steady.drift(estimate.acceleration_mps2, dt);
+        state.steady.drift(motion.acceleration_mps2, dt);
         let learned_n = state.steady.learned_n(self.controller.mass_kg);
         let aside_n = learned_n.unwrap_or(controller.disturbance_n);
         let command = self.controller.step(controller, &still, &target, dt);

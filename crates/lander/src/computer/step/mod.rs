@@ -195,7 +195,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else if (known && felt) || maneuver == Maneuver::Disarm {
             self.act(state, maneuver, reference.as_ref(), motion, dt)
         } else if started && felt && maneuver.is_in_the_world() && self.climb_known(estimate) {
-            self.fly_level(state, maneuver, (motion, estimate), dt)
+            self.fly_level(state, maneuver, motion, dt)
         } else {
             let rises = !felt && knowledge.unfelt_s <= r(UNFELT_S + RISE_S);
             (Some(self.hover(state, motion, rises, dt)), None)
