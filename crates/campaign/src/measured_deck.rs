@@ -251,7 +251,8 @@ impl Findings<'_> {
         warnings
     }
 
-    /// Rows that are too far apart to tell noise from waves, where nobody has said what to smooth.
+    /// Rows that are too few, or too far apart, to tell noise from waves, where nobody has said what to smooth. Where most of it is known to be
+    /// noise, that is said by other words.
     fn sampling_warning(&self) -> Option<String> {
         if self.cutoff != Cutoff::default() {
             return None;
@@ -264,10 +265,17 @@ impl Findings<'_> {
         let either_m = (greatest_sd_m * greatest_sd_m - sd_m * sd_m)
             .max(0.0)
             .sqrt();
-        let rows = rows_per_period?;
+        let Some(rows) = rows_per_period else {
+            let moves = self.unsmoothed.significant_height_m() > 0.0;
+            return moves.then(|| {
+                "the recording is shorter than two waves: what is noise in it is uncertain, and with it how fast the deck moves. Record \
+                 longer, or set cutoff_hz in [series]"
+                    .to_owned()
+            });
+        };
         let heave_sd_m = self.unsmoothed.significant_height_m() / 4.0;
         let enough = (2.0 * rows).max(ROWS_PER_PERIOD).ceil();
-        (either_m > EITHER_SHARE * heave_sd_m).then(|| {
+        (either_m > (EITHER_SHARE * heave_sd_m).max(0.5 * sd_m)).then(|| {
             format!(
                 "{rows:.1} rows in a mean period are too few to tell noise from short waves, and how fast these move: {either_m:.3} m \
                  (standard deviation) of the heave may be either, and is taken for waves. Record at least {enough} rows in a mean period, or set cutoff_hz in \

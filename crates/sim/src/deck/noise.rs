@@ -17,6 +17,9 @@ const ORDERS: [usize; 2] = [4, 8];
 /// density of wind waves decreases as f⁻⁵: 1.5 with 4 rows in their mean period, 1.75 with 10 and more, greater where the sea
 /// ends below half of the rate of the rows.
 const TAIL: f64 = 1.5;
+/// Of how many rows the ratio of the two variances of white noise is known to 1: its standard deviation is 1.5/√rows, measured with
+/// 120 to 2400 rows; twice that is no evidence of a tail.
+const RATIO_ROWS: f64 = 9.0;
 /// Halvings of the interval in which the noise is searched: to a thousandth of it.
 const HALVINGS: usize = 10;
 
@@ -40,7 +43,7 @@ impl MotionSeries {
     /// rows are far apart, waves look like noise, and count as waves.
     ///
     /// Of the tail of any sea (wind waves on a swell), fourth differences have at least 1.5 times the variance of eighth
-    /// differences.
+    /// differences. Less than what white noise has by chance counts as noise.
     #[must_use]
     pub fn noise(&self) -> SeriesNoise {
         let heave = self.coordinate(HEAVE);
@@ -50,7 +53,7 @@ impl MotionSeries {
         let variance = (waves.significant_height_m() / 4.0).powi(2);
         let beside_one_sea =
             rows_per_period.map_or(fourth, |rows| beyond_waves(fourth, variance, rows));
-        let beside_a_tail = ((TAIL * eighth - fourth) / (TAIL - 1.0)).clamp(0.0, fourth);
+        let beside_a_tail = beside_a_tail(fourth, eighth, self.rows());
         let rounding_m = rounding_sd_m(&heave);
         SeriesNoise {
             sd_m: beside_one_sea.min(beside_a_tail).sqrt().max(rounding_m),
@@ -76,6 +79,17 @@ impl MotionSeries {
         });
         (median(sizes.collect()) / MEDIAN_OF_NORMAL).powi(2)
     }
+}
+
+/// The variance of the noise beside the tail of a sea, of the variances of fourth and eighth differences.
+fn beside_a_tail(fourth: f64, eighth: f64, rows: usize) -> f64 {
+    let by_chance = 1.0 + (RATIO_ROWS / rows as f64).sqrt();
+    let ratio = fourth / (eighth * by_chance);
+    // Without eighth differences nothing is known of a tail.
+    if !(ratio > 1.0 && eighth > 0.0) {
+        return fourth;
+    }
+    fourth * (TAIL / ratio - 1.0).max(0.0) / (TAIL - 1.0)
 }
 
 /// Standard deviation of rounding to the smallest step, m; 0 where most rows differ from the one before. The median difference
