@@ -48,6 +48,12 @@ struct Knowledge<R> {
     unfelt_s: R,
 }
 
+/// Whether readings correct the velocity.
+#[inline]
+fn is_corrected<R: Real>(health: &Health<R>) -> bool {
+    health.gnss.fresh || health.tag.age_s <= r(CORRECTED_S)
+}
+
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// One control period of `dt` seconds: from the readings at its beginning to the
     /// command for its duration.
@@ -64,8 +70,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let knowledge = self.knowledge(state, &estimate, &health);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
-        let corrected = health.gnss.fresh || health.tag.age_s <= r(CORRECTED_S);
-        self.watch_weather(state, (&estimate, corrected), attitude, dt);
+        self.watch_weather(state, (&estimate, is_corrected(&health)), attitude, dt);
         self.watch_consistency(state, &health, dt);
 
         let deck = self.forecast_deck(state, &estimate);
