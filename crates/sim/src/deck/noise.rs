@@ -13,13 +13,12 @@ const MEDIAN_OF_NORMAL: f64 = 0.6745;
 const OF_SEAS: f64 = 12.0;
 /// Orders of the differences that tell noise from the tail of a sea.
 const ORDERS: [usize; 2] = [4, 8];
-/// Variance that differences of the first order see of the tail of a sea, over that of the second order; of white noise, 1. The
+/// Variance that fourth differences see of the tail of a sea, over that of eighth differences; of white noise, 1. The
 /// density of wind waves decreases as f⁻⁵: 1.5 with 4 rows in their mean period, 1.75 with 10 and more, greater where the sea
 /// ends below half of the rate of the rows.
 const TAIL: f64 = 1.5;
-/// Of how many rows the ratio of the two variances of white noise is known to 1: its standard deviation is 1.5/√rows, measured with
-/// 120 to 2400 rows; twice that is no evidence of a tail.
-const RATIO_ROWS: f64 = 9.0;
+/// What that ratio of white noise may exceed 1 by chance, times √rows: twice its standard deviation, as found with 120 to 2400 rows.
+const BY_CHANCE: f64 = 3.0;
 /// Halvings of the interval in which the noise is searched: to a thousandth of it.
 const HALVINGS: usize = 10;
 
@@ -83,7 +82,7 @@ impl MotionSeries {
 
 /// The variance of the noise beside the tail of a sea, of the variances of fourth and eighth differences.
 fn beside_a_tail(fourth: f64, eighth: f64, rows: usize) -> f64 {
-    let by_chance = 1.0 + (RATIO_ROWS / rows as f64).sqrt();
+    let by_chance = 1.0 + BY_CHANCE / (rows as f64).sqrt();
     let ratio = fourth / (eighth * by_chance);
     // Without eighth differences nothing is known of a tail.
     if !(ratio > 1.0 && eighth > 0.0) {
@@ -204,7 +203,7 @@ mod tests {
 
     #[test]
     fn analytic_uneven_times_are_no_noise() {
-        // Differences that take the rows for even see noise of 0.006 m at 4 Hz.
+        // Differences that take the rows for even see noise of 0.008 m at 4 Hz.
         for (rate_hz, noise_m) in [(4.0, 0.0), (10.0, 0.0), (10.0, 0.01)] {
             for seed in 0..4 {
                 let noise = recorded(&[[0.5, 5.0]], [rate_hz, 0.45], noise_m, seed).noise();

@@ -15,7 +15,7 @@ const LEAST_SHARE: f64 = 1e-9;
 /// What noise costs beyond its expectation, times √rows: by chance, noise of a short recording looks like waves. Of 100 rows it counts
 /// 1.4 times, a usual factor (Kim & Gu 2004).
 const CAUTION: f64 = 4.0;
-/// Cutoffs that are tried in an octave. The error is flat at its least: a tenth beside it costs a percent.
+/// Cutoffs that are tried in an octave: a fifth apart. The error is flat at its least.
 const PER_OCTAVE: f64 = 4.0;
 
 impl MotionSeries {
