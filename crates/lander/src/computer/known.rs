@@ -98,8 +98,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     /// Factor on the limits of the uncertainty and of the tag's age. Above the safe height it grows with the height: there is more way to
     /// correct an error, and more images miss the tag. It is 1 below, where the height is not a number, and without satellites: by late
-    /// tags from 15 m a vehicle swings ever farther and flies away. If it grows from the hover on, 22 of 480 vehicles with late readings
-    /// and lost frames crash; as it is, 13.
+    /// tags from 15 m a vehicle swings ever farther and flies away. When it grew from the hover on, 22 of 480 vehicles with late
+    /// readings and lost frames crashed, in place of 13.
     #[inline(never)]
     pub(super) fn wider(&self, estimate: &RelativeEstimate<R>, health: &Health<R>) -> R {
         if !health.gnss.fresh {

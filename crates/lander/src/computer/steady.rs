@@ -12,7 +12,7 @@ const DRIFT_S: f64 = 6.0;
 /// Means over the time in which the vehicle knew its velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Steady<R> {
-    /// Disturbance as it is felt, with the errors of accelerometer and attitude, N.
+    /// Observed disturbance, with the errors of accelerometer and attitude, N.
     pub(super) disturbance_n: Vector<R>,
     /// Those errors, m/s².
     pub(super) error_mps2: Vector<R>,
@@ -36,9 +36,8 @@ impl<R: Real> Steady<R> {
         (self.learned_s >= r(LEARNED_S)).then_some(self.disturbance_n - self.error_mps2 * mass_kg)
     }
 
-    /// Corrects the horizontal error in a flight that balances the mean disturbance. There the vehicle accelerates only as long as its
-    /// drag differs from the one that it had at rest: what is felt is the error, less κ times the drift, and follows it until the
-    /// drift ends.
+    /// Corrects the horizontal error in a flight that balances the mean disturbance. The measured acceleration is there the error less
+    /// κ times the drift. The error follows it, and so the drift ends.
     pub(super) fn drift(&mut self, felt_mps2: Vector<R>, dt: R) {
         let error_mps2 = (felt_mps2 - self.error_mps2).horizontal();
         self.error_mps2 += error_mps2 * (dt * r(1.0 / DRIFT_S));

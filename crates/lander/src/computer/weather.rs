@@ -133,9 +133,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         self.watch_sea(state, estimate, dt);
     }
 
-    /// Updates the mean disturbance while readings correct the velocity. Without them the vehicle drifts, and the observer sees the drag
-    /// of the drift: balanced, the drift would continue. With it, the mean error of what is felt: the acceleration that the velocity did
-    /// not follow.
+    /// Updates two means while readings correct the velocity: of the disturbance, and of the error of the acceleration, which is the part
+    /// of it that the velocity did not follow. Without readings the vehicle drifts, and the observer sees the drag of the drift. A
+    /// vehicle that balances this drag drifts on.
     fn remember_disturbance(
         &self,
         state: &mut ComputerState<R, G::State>,

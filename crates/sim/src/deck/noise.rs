@@ -202,6 +202,19 @@ mod tests {
     }
 
     #[test]
+    fn analytic_noise_of_a_short_recording_is_no_wind_sea() {
+        // Ten seconds, two waves: by chance, eighth differences of white noise are smaller than fourth differences.
+        for seed in 0..40 {
+            let whole = recorded(&[[0.4, 5.0]], [10.0, 0.0], 0.01, seed);
+            let rows = 0..100;
+            let values = whole.values()[rows.clone()].to_vec();
+            let noise = MotionSeries::of(whole.times_s()[rows].to_vec(), values).noise();
+            // The median of 96 correlated differences is known to 15 %, two and a half times that.
+            assert!(noise.sd_m > 0.6 * 0.01, "{seed} {noise:?}");
+        }
+    }
+
+    #[test]
     fn analytic_uneven_times_are_no_noise() {
         // Differences that take the rows for even see noise of 0.008 m at 4 Hz.
         for (rate_hz, noise_m) in [(4.0, 0.0), (10.0, 0.0), (10.0, 0.01)] {

@@ -66,9 +66,10 @@ impl MotionSeries {
         (self.with_values(values), own / self.rows() as f64)
     }
 
-    /// The cutoff (Hz) with the least expected square of what is wrong in the smoothed heave, of noise that is left and waves that
-    /// are lost. With white noise of variance N it is, but for a constant, R + 2 N w (Mallows 1973): R is the mean square of what
-    /// the cutoff takes away, w the mean weight of a row in its own smoothed value. N counts a little more than once. Absent where there is no noise.
+    /// The cutoff (Hz) with the least expected square error of the smoothed heave. The error is the noise that stays and the waves that
+    /// are lost. For white noise of variance N its expected square is, up to a constant, R + 2 N w (Mallows 1973): R is the mean
+    /// square of what the cutoff takes away, w the mean weight of a row in its own smoothed value. N is raised a little, the more the fewer rows. Absent
+    /// where there is no noise.
     #[must_use]
     pub fn cutoff_of_noise_hz(&self) -> Option<f64> {
         let noise = self.noise().sd_m.powi(2);
