@@ -10,6 +10,7 @@ mod deck;
 mod fast_camera;
 mod independence;
 mod landing;
+mod late;
 mod plant;
 mod policy;
 mod rig;

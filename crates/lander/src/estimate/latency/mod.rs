@@ -117,6 +117,16 @@ impl<R: Real> LatencyState<R> {
     pub fn latency_s(&self) -> R {
         self.latency_s
     }
+
+    /// Time since the estimate of the relative motion has diverged, as of the last reading of the height, s.
+    pub(crate) fn doubted_s(&self) -> R {
+        self.doubted_s
+    }
+
+    /// Whether no range tells the height.
+    pub(crate) fn is_range_gone(&self) -> bool {
+        self.range_age_s > r(RANGE_GONE_S)
+    }
 }
 
 impl<R: Real> Default for LatencyEstimator<R> {
