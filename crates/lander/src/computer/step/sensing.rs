@@ -13,12 +13,12 @@ use touchdown_flight::space::Vector;
 /// dropped, s: 1.5 times the spacing of the compared latencies (20 ms), so that a step to a
 /// neighbour keeps them.
 const MISTIMED_S: f64 = 0.03;
-/// Greatest standard deviation, over `known_sd_m`, of a height that the estimator of the deck gets from above the safe height. It takes
-/// all heights for as precise as those of a hover: an error of some decimetres counts as a wave. Other values were not tried.
-const CLEAR: f64 = 1.0 / 3.0;
 /// Time after such a change until the vehicle's own motion has been estimated with the new
 /// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
+/// Greatest standard deviation, over `known_sd_m`, of a height that the estimator of the deck gets from above the safe height. It takes
+/// all heights for as precise as those of a hover: an error of some decimetres counts as a wave. Other values were not tried.
+const CLEAR: f64 = 1.0 / 3.0;
 /// Standard deviations while the [latency of images may be wrong](may_be_late): of their age, s, and
 /// of the attitude at their time, rad, which turns by 0.2 to 0.3 rad within 0.2 s. Two images that are 0.2 s late may otherwise tell of a
 /// deck that sinks by 2 m/s, with which the vehicle sinks. Of 400 vehicles that get one image in five, 0.2 s late, and no range, 85 crash without
