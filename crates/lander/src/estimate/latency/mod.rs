@@ -43,8 +43,9 @@
 //! have this latency; others are not corrected. The latency cannot be negative.
 //!
 //! **Range.** The [`RelativeState`] remembers N - 1 steps (0.31 s at 100 Hz). A latency is
-//! compared only if this covers a reading and its predecessor at that latency. With
-//! readings stamped 0.14 s old every 30 ms, the largest identifiable latency is 0.14 s.
+//! compared only if this covers a reading at that latency. Before the memory, on the way from
+//! the reading's predecessor, the oldest acceleration is held: for 0.03 s of readings that are 0.24 s old
+//! and come at 10 Hz. With readings stamped 0.14 s old, the largest identifiable latency is 0.17 s.
 //! An estimate beyond this range stays until a latency inside the range fits best.
 
 mod bank;

@@ -37,8 +37,8 @@ impl<'a, R: Real, const N: usize, const M: usize> Past<'a, R, N, M> {
     }
 
     /// Change of velocity (m/s) and position (m) that the measured acceleration causes
-    /// between `from_s` and `to_s` ago. Gravity is removed, the bias is not. None beyond
-    /// the memory.
+    /// between `from_s` and `to_s` ago. Gravity is removed, the bias is not. Before the memory, its oldest acceleration is held.
+    /// None if `to_s` is beyond the memory, or if `from_s` is before the first step.
     pub(crate) fn moved(&mut self, from_s: R, to_s: R) -> Option<[Vector<R>; 2]> {
         let (from, to) = (from_s - self.delay_s, to_s - self.delay_s);
         self.history.moved(&mut self.motion, from, to)
@@ -97,8 +97,8 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
     }
 
     /// Change of velocity and position that the acceleration causes between two times,
-    /// `from` and `to` seconds before the newest node. None beyond the memory. The
-    /// acceleration is held after the newest node.
+    /// `from` and `to` seconds before the newest node. The acceleration is held after the newest node and before the oldest one. None
+    /// if `to` is before the oldest node, or if `from` is before the first step.
     fn moved(&self, place: &mut Place<R>, from: R, to: R) -> Option<[Vector<R>; 2]> {
         let (mut faster, mut farther) = (Vector::ZERO, Vector::ZERO);
         let mut add = |acceleration: Vector<R>, start: R, end: R| {
@@ -111,12 +111,16 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         };
         add(self.newest().acceleration_mps2, R::ZERO, to.min(R::ZERO));
         let (mut node, mut end) = *place;
+        let oldest = self.oldest();
         while end < from {
-            if node == self.oldest() {
-                return None;
-            }
             let here = &self.nodes[Self::slot(node)];
-            let start = end + here.dt;
+            let mut start = end + here.dt;
+            if node == oldest {
+                if oldest == 0 || end < to {
+                    return None;
+                }
+                start = from;
+            }
             node -= 1;
             // A newer node has no part in it, nor in what is older.
             if start > to {
