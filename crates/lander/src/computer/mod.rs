@@ -234,6 +234,8 @@ pub struct ComputerState<R: Real, S> {
     trim_up: Vector<R>,
     /// The barometer counts at any height.
     needs_barometer: bool,
+    /// Images may be late by an unknown time.
+    may_be_late: bool,
     /// [`Computer::wider`] at the last step.
     wider: R,
     /// Time since the start, s.
@@ -353,6 +355,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             taken_over: None,
             trim_up: Vector::UP,
             needs_barometer: false,
+            may_be_late: false,
             wider: R::ONE,
             steady: Steady::NONE,
             unremembered_s: R::ZERO,

@@ -101,7 +101,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 .support
                 .share(self.state_machine.support_share, weight_n),
             contact: sensed.contact,
-            go: reference.is_some(),
+            go: !state.may_be_late && reference.is_some(),
             request: sensed.request,
         };
         let descended = state.state_machine.phase() == Phase::Descend;

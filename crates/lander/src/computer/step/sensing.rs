@@ -64,9 +64,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 other => other,
             });
         let mut relative = self.relative;
-        if may_be_late(state) {
-            relative.tag.jitter_s = r(DOUBTED_AGE_S);
-            relative.imu.attitude_sd_rad = r(DOUBTED_ATTITUDE_RAD);
+        state.may_be_late = may_be_late(state);
+        if state.may_be_late {
+            relative.tag.jitter_s += r(DOUBTED_AGE_S);
+            relative.imu.attitude_sd_rad += r(DOUBTED_ATTITUDE_RAD);
         }
         if let Some(band) = self.band(&state.deck) {
             relative.deck = band;
