@@ -221,7 +221,7 @@ fn regress_sensors_come_and_go() {
 #[test]
 fn regress_an_inertial_unit_without_numbers() {
     let mut flight = Flight::new(computer(), (0.05, 2.0), 4);
-    flight.seconds = 24;
+    flight.seconds = 40;
     flight.faults = |t, sensed| {
         if (4.0..4.3).contains(&t) || (9.0..10.2).contains(&t) {
             sensed.imu.specific_force_mps2.z = f64::NAN;

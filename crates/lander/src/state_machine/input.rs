@@ -23,7 +23,7 @@ pub enum OperatorRequest {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MachineInput<R> {
-    /// Age of the last tag detection that was used, s. A negative age means a wrong clock
+    /// Time since the last tag detection that was used arrived, s. A negative one means a wrong clock
     /// and counts as stale.
     pub tag_age_s: R,
     /// Age of the last range that was used, s.

@@ -33,7 +33,7 @@ impl<R: Real> Funnel<R> {
 /// | `touchdown_speed_mps`, `touchdown_lateral_mps` | 0.12, 0.25 | greatest speeds relative to the deck in touchdown |
 /// | `idle_thrust_share`, `supported_load_factor` | 0.5, 0.7 | evidence that the deck carries the vehicle |
 /// | `support_share`, `support_margin_m`, `support_s` | 0.04, 0.01, 0.03 | force of the deck on the legs, and for how long, before the thrust decreases |
-/// | `tag_age_s`, `range_age_s`, `imu_age_s` | 0.3, 0.15, 0.05 | greatest ages |
+/// | `tag_age_s`, `range_age_s`, `imu_age_s` | 0.3, 0.15, 0.05 | greatest ages, that of the tag without its latency |
 /// | `coast_sd_m` | 0.03 | uncertainty of the height up to which the IMU alone carries it on |
 /// | `lost_s`, `safe_height_m`, `search_s` | 2, 3.0, 30 | time without sight of the deck before a hover climbs, to which height, and until it gives up |
 /// | `tilt_rad` | 0.35 | tilt of the vehicle |
@@ -92,7 +92,7 @@ pub struct StateMachine<R> {
     /// Drop of the lowest foot below the others from which on the vehicle leans into the wind, m.
     #[cfg_attr(feature = "serde", serde(default = "leaning_m"))]
     pub leaning_m: R,
-    /// Greatest age of the tag, s.
+    /// Greatest time since a tag arrived, s.
     pub tag_age_s: R,
     /// Greatest age of the range, s.
     pub range_age_s: R,

@@ -42,7 +42,8 @@ struct Knowledge<R> {
     position: bool,
     /// The vehicle's own velocity is known.
     velocity: bool,
-    /// Age of the last tag over what the height allows, s.
+    /// Time since the last tag arrived, over what the height allows, s. Its latency does not count: it is known, or was found, and the
+    /// estimate's uncertainty has it.
     tag_age_s: R,
     /// Age of the last sample of the inertial unit, s.
     unfelt_s: R,
@@ -160,7 +161,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.needs_barometer = self.needs_barometer(state, estimate);
         let wider = self.wider(estimate, health);
         state.wider = wider;
-        let tag_age_s = health.tag.age_s / wider;
+        let tag_age_s = self.relative.tag_silent_s(&state.relative) / wider;
         // Who has lost the tag knows less and less, and flies in the world's frame all the longer.
         let seen = tag_age_s <= self.state_machine.tag_age_s;
         Knowledge {

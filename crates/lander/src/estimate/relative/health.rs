@@ -65,6 +65,8 @@ pub(super) enum Fate<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Monitor<R> {
     health: SensorHealth<R>,
+    /// Age of the newest reading that was used when it arrived, s.
+    late_s: R,
 }
 
 impl<R: Real> Default for Monitor<R> {
@@ -75,6 +77,7 @@ impl<R: Real> Default for Monitor<R> {
                 nis: R::ONE,
                 ..Self::BLANK.health
             },
+            late_s: R::ZERO,
         }
     }
 }
@@ -93,6 +96,7 @@ impl<R: Real> Monitor<R> {
             no_room: 0,
             unusable: 0,
         },
+        late_s: R::ZERO,
     };
 }
 
@@ -128,7 +132,9 @@ impl<R: Real> Monitor<R> {
             Fate::Used(nis) => {
                 count(&mut health.used);
                 health.rejected_in_a_row = 0;
-                health.age_s = health.age_s.min(age_s);
+                if age_s < health.age_s {
+                    (health.age_s, self.late_s) = (age_s, age_s);
+                }
                 nis
             }
             Fate::Rejected => {
@@ -150,6 +156,11 @@ impl<R: Real> Monitor<R> {
 
     pub(super) fn has_diverged(&self, gate: &Gate<R>) -> bool {
         self.health.nis > gate.nis_limit || self.health.rejected_in_a_row >= gate.rejections
+    }
+
+    /// Time since the newest reading that was used arrived, s; infinite before the first.
+    pub(super) fn silent_s(&self) -> R {
+        self.health.age_s - self.late_s
     }
 
     pub(super) fn health(&self, stale_s: R) -> SensorHealth<R> {

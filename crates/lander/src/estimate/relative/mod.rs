@@ -441,6 +441,14 @@ impl<R: Real> RelativeFilter<R> {
             .any(|monitor| monitor.has_diverged(&self.gate))
     }
 
+    /// Time since the newest tag that was used arrived, s: its age less its latency.
+    pub(crate) fn tag_silent_s<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+    ) -> R {
+        state.accounts.monitors.tag.silent_s()
+    }
+
     /// State of the sensors and consistency of the filter.
     #[must_use]
     pub fn health<const N: usize, const M: usize>(
