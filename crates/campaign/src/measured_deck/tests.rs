@@ -1,0 +1,91 @@
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use super::*;
+
+/// What is said of a heave of 0.2 m and 4 s, recorded for 400 s at a rate, with noise.
+fn warnings(rate_hz: f64, noise_m: f64, more: &str) -> Vec<String> {
+    // The longer wave makes the rows fall on all phases of the shorter.
+    warnings_of(rate_hz, noise_m, more, |t| {
+        0.1 * (TAU * t / 4.0).sin() + 0.02 * (TAU * t / 5.3).sin()
+    })
+}
+
+/// The same of any heave.
+fn warnings_of(rate_hz: f64, noise_m: f64, more: &str, heave: impl Fn(f64) -> f64) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = String::from("t,z\n");
+    // 1 and -1 in an order that has no period.
+    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
+    for i in 0..(400.0 * rate_hz) as u32 {
+        bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let noise = if bits >> 63 == 0 { noise_m } else { -noise_m };
+        let t = f64::from(i) / rate_hz;
+        let z = heave(t) + noise;
+        writeln!(table, "{t:.4},{z:.6}").unwrap();
+    }
+    std::fs::write(folder.path().join("z.csv"), table).unwrap();
+    let settings = format!(
+        "file = \"z.csv\"\n{more}[format]\ntime = [{{ column = \"t\", factor = 1.0 }}]\n\
+         channels = [{{ axis = \"heave\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 2.0\n",
+    );
+    let settings: SeriesSettings = toml::from_str(&settings).unwrap();
+    MeasuredDeck::read(&settings, folder.path())
+        .unwrap()
+        .warnings
+}
+
+#[test]
+fn prop_short_waves_that_noise_hides_are_told() {
+    // Beside a swell, a wind sea from 3 s down, whose spectrum decreases as f⁻⁵.
+    let seas = |t: f64| {
+        let tones = (0..30).map(|k| 0.33 * 1.05_f64.powi(k)).zip(0..);
+        let wind: f64 = tones
+            .map(|(hz, phase)| {
+                (0.33_f64 / hz).powi(2) * (TAU * hz * t + f64::from(phase * phase)).sin()
+            })
+            .sum();
+        0.25 * (TAU * t / 12.0).sin() + 0.012 * wind
+    };
+    let hidden = |noise_m: f64, more: &str| -> Vec<String> {
+        let mut told = warnings_of(10.0, noise_m, more, seas);
+        told.retain(|text| text.contains("hides"));
+        told
+    };
+    assert_eq!(hidden(0.003, ""), [""; 0]);
+    let [told] = &hidden(0.04, "")[..] else {
+        panic!("expected one warning");
+    };
+    assert!(
+        told.contains("noise of 0.04") && told.contains("short waves"),
+        "{told}"
+    );
+    // Who says what to smooth knows.
+    assert_eq!(hidden(0.04, "cutoff_hz = 1.0\n"), [""; 0]);
+}
+
+#[test]
+fn prop_rows_far_apart_and_noise_above_the_waves_are_told() {
+    assert_eq!(warnings(10.0, 0.003, ""), [""; 0]);
+    let [told] = &warnings(1.3, 0.0, "")[..] else {
+        panic!("expected one warning");
+    };
+    assert!(
+        told.contains("5.2 rows in a mean period are too few"),
+        "{told}"
+    );
+    // Who says what to smooth knows.
+    assert_eq!(warnings(1.3, 0.0, "cutoff_hz = \"off\"\n"), [""; 0]);
+    // A cutoff below the waves loses them, not the noise.
+    let [told] = &warnings(10.0, 0.003, "cutoff_hz = 0.1\n")[..] else {
+        panic!("expected one warning");
+    };
+    assert!(told.contains("Raise cutoff_hz"), "{told}");
+    let [told] = &warnings(10.0, 0.1, "")[..] else {
+        panic!("expected one warning");
+    };
+    assert!(
+        told.contains("noise of 0.10") && told.contains("hides waves"),
+        "{told}"
+    );
+}
