@@ -15,15 +15,15 @@ fn prop_who_gets_few_and_late_images_does_not_sink_with_a_deck_that_they_make_up
     scenario.faults.extra_latency_s = 0.2;
     scenario.faults.extra_latency_known = false;
     let lander = SpaceLander::new(&scenario).unwrap();
-    let fell = (0..60)
-        .map(|trial| lander.land(trial, 49, false).unwrap().outcome)
+    let fell = (0..160)
+        .map(|trial| lander.land(trial, 51, false).unwrap().outcome)
         .filter(|outcome| {
             let cause = CrashCause::Speed;
             matches!(outcome, SpaceOutcome::Crashed { cause: found } if *found == cause)
         })
         .count();
-    // None of these, and 5 of the first 400; 9 and 77 when late images are taken for precise.
-    assert!(fell <= 2, "{fell} of 60 fell onto the deck");
+    // 3 of these, and 5 of the first 400; 12 and 31 when late images are taken for precise.
+    assert!(fell <= 5, "{fell} of 160 fell onto the deck");
 }
 
 /// How many of 20 vehicles land on a sea whose camera sees at this rate, loses this share of its images, and is 0.2 s later than
@@ -50,7 +50,8 @@ fn prop_who_gets_late_images_seldom_lands() {
     for known in [true, false] {
         for (rate_hz, loss_share) in [(15.0, 0.0), (10.0, 0.0), (30.0, 0.5)] {
             let landed = landed(rate_hz, loss_share, known);
-            // All. None, while the age of a tag counted in place of the time since it arrived.
+            // All. None at 15 Hz, while the age of a tag counted in place of the time since it arrived; 14 at 30 Hz, while a latency
+            // had to lie with two images within the memory.
             assert!(
                 landed >= 19,
                 "{rate_hz} {loss_share} {known}: {landed} of 20"

@@ -23,7 +23,8 @@ const CLEAR: f64 = 1.0 / 3.0;
 /// of the attitude at their time, rad, which turns by 0.2 to 0.3 rad within 0.2 s. Two images that are 0.2 s late may otherwise tell of a
 /// deck that sinks by 2 m/s, with which the vehicle sinks. Of 400 vehicles that get one image in five, 0.2 s late, and no range, 85 crash without
 /// both, 38 without that of the attitude, and 24, 13, 9 and 6 with 0.03, 0.06, 0.1 and 0.15 rad. With the age alone, and also where ranges
-/// were there, 82, 72 and 70 of 1920 crashed with 0.1, 0.15 and 0.2 s.
+/// were there, 82, 72 and 70 of 1920 crashed with 0.1, 0.15 and 0.2 s. Then a latency of 0.2 s was not found where frames are lost. Since it is, of
+/// other seeds 36 of 400 and 39 of 1920 crash without both, 5 and 25 with them.
 const DOUBTED_AGE_S: f64 = 0.15;
 const DOUBTED_ATTITUDE_RAD: f64 = 0.1;
 
