@@ -80,8 +80,8 @@ const SMOOTHED_SHARE: f64 = 0.15;
 /// sea's height and a quarter of its greatest acceleration; at a sixth, a hundredth and a tenth.
 const HIDING_SHARE: f64 = 0.25;
 /// Share of the mean square acceleration near the cutoff from which on faster waves are taken to be lost. Of 64 recordings of one or two
-/// JONSWAP seas (400 s, 8 and 20 Hz, noise of 3 to 80 mm) 13 are above, and have 12 to 50 % less acceleration (root mean square) than the
-/// waves; the others have up to 22 % less.
+/// JONSWAP seas (400 s, 8 and 20 Hz, noise of 3 to 80 mm) 13 are above: their waves lose 21 to 57 % of their acceleration (root mean
+/// square). Those of the others lose up to 22 %.
 const NEAR_CUTOFF_SHARE: f64 = 0.6;
 /// Share of the heave's standard deviation that may be noise or short waves without a warning. With ten rows in a mean period,
 /// noise of a tenth makes as much acceleration as the waves.
@@ -317,8 +317,8 @@ impl Findings<'_> {
         (near > NEAR_CUTOFF_SHARE).then(|| {
             format!(
                 "noise of {noise_sd_m:.3} m hides short waves: smoothing at {hz:.2} Hz leaves an acceleration of which {:.0} % (mean square) \
-                 is of waves above half of that frequency. Faster waves are lost with the noise, so that the deck may accelerate by a tenth to a half \
-                 less than the real one. Record with less noise or more often",
+                 is of waves above half of that frequency. Faster waves are lost with the noise: the waves of the deck may have a fifth to a half less \
+                 acceleration than the real ones. Record with less noise or more often",
                 100.0 * near
             )
         })

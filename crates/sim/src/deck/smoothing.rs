@@ -176,6 +176,7 @@ fn of_parabola(times_s: &[f64], at_s: f64, sigma_s: f64, weights: &mut Vec<f64>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::deck::wave::{Spectrum, Wave, WaveSpectrum};
     use crate::random::{Purpose, Stream};
 
     /// Rows every 0.1 s for 400 s, where each is followed by a gap of the given length with a probability of 2 %.
@@ -244,48 +245,34 @@ mod tests {
         }
     }
 
-    /// Heave and acceleration of seas of JONSWAP spectra up to five peak frequencies (significant height, m, and peak period, s), with noise.
-    fn noisy_seas(
-        seas: &[[f64; 2]],
-        rate_hz: f64,
-        noise_m: f64,
-        seed: u64,
-    ) -> (MotionSeries, Vec<f64>) {
-        let mut random = Stream::new(seed, 0, Purpose::Deck);
-        let duration_s = 400.0;
+    /// JONSWAP seas (significant height, m, and peak period, s), without noise and with it.
+    fn noisy_seas(seas: &[[f64; 2]], rate_hz: f64, noise_m: f64) -> (MotionSeries, MotionSeries) {
+        let mut random = Stream::new(7, 0, Purpose::Deck);
         let mut waves = Vec::new();
-        for [height_m, period_s] in seas {
-            let relative: Vec<f64> = (1..(5.0 * duration_s / period_s) as u32)
-                .map(|k| f64::from(k) / duration_s * period_s)
-                .filter(|f| *f > 0.3)
-                .collect();
-            let density = |f: f64| {
-                let width = if f <= 1.0 { 0.07 } else { 0.09 };
-                let peak = (-0.5 * ((f - 1.0) / width).powi(2)).exp();
-                f.powi(-5) * (-1.25 * f.powi(-4)).exp() * 3.3_f64.powf(peak)
-            };
-            let whole: f64 = relative.iter().copied().map(density).sum();
-            for f in relative {
-                let amplitude_m = height_m / 4.0 * (2.0 * density(f) / whole).sqrt();
-                waves.push([amplitude_m, TAU * f / period_s, TAU * random.uniform()]);
-            }
+        for &[significant_height_m, peak_period_s] in seas {
+            let spectrum = Spectrum::new(&WaveSpectrum::Jonswap {
+                significant_height_m,
+                peak_period_s,
+                peakedness: 3.3,
+            });
+            waves.extend(spectrum.unwrap().waves(400, &mut random));
         }
-        let times_s: Vec<f64> = (0..(rate_hz * duration_s) as u32)
+        let times_s: Vec<f64> = (0..(rate_hz * 400.0) as u32)
             .map(|i| f64::from(i) / rate_hz)
             .collect();
-        let mut accelerations = Vec::new();
-        let heave = heave_of(&times_s, |t| {
-            let (mut heave, mut acceleration) = (0.0, 0.0);
-            for [amplitude_m, frequency, phase] in &waves {
-                let wave = amplitude_m * (frequency * t + phase).cos();
-                heave += wave;
-                acceleration -= frequency * frequency * wave;
-            }
-            accelerations.push(acceleration);
-            let normal: f64 = (0..12).map(|_| random.uniform()).sum::<f64>() - 6.0;
-            heave + noise_m * normal
+        let seas = heave_of(&times_s, |t| {
+            let wave = |wave: &Wave| {
+                wave.amplitude_m * (wave.angular_frequency * t + wave.phase_rad).cos()
+            };
+            waves.iter().map(wave).sum()
         });
-        (heave, accelerations)
+        let mut values = seas.values().to_vec();
+        for value in &mut values {
+            let normal: f64 = (0..12).map(|_| random.uniform()).sum::<f64>() - 6.0;
+            value[HEAVE] += noise_m * normal;
+        }
+        let noisy = seas.with_values(values);
+        (seas, noisy)
     }
 
     #[test]
@@ -303,22 +290,21 @@ mod tests {
         for seas in seas {
             for rate_hz in [8.0, 20.0] {
                 for noise_m in [0.003, 0.01, 0.03, 0.08] {
-                    let (series, real) = noisy_seas(seas, rate_hz, noise_m, 7);
+                    let (seas_alone, series) = noisy_seas(seas, rate_hz, noise_m);
                     let cutoff_hz = series.cutoff_of_noise_hz().unwrap();
-                    let smooth = series.smoothed(cutoff_hz);
-                    let second = natural_cubic(series.times_s(), &smooth.coordinate(HEAVE));
                     let near = (1.0 / cutoff_hz * rate_hz) as usize;
-                    let root = |values: &[f64]| {
-                        let inner = &values[near..values.len() - near];
-                        (inner.iter().map(|a| a * a).sum::<f64>() / inner.len() as f64).sqrt()
+                    let root = |series: &MotionSeries| {
+                        let second = natural_cubic(series.times_s(), &series.coordinate(HEAVE));
+                        let inner = &second[near..second.len() - near];
+                        inner.iter().map(|a| a * a).sum::<f64>().sqrt()
                     };
-                    let lost = 1.0 - root(&second) / root(&real);
+                    let lost = 1.0 - root(&seas_alone.smoothed(cutoff_hz)) / root(&seas_alone);
                     let noise_sd_m = series.noise().sd_m;
                     let share = series.acceleration_near_cutoff(cutoff_hz, noise_sd_m);
                     let share = share.unwrap();
-                    // 13 shares are above 0.6, where 12 to 50 % are lost; below are up to 22 %.
+                    // 13 shares are above 0.6, where 21 to 57 % are lost; below are up to 22 %. The bounds stand beside these.
                     let case = format!("{seas:?} {rate_hz} Hz {noise_m} m: {share:.2}, {lost:.2}");
-                    assert!(share < 0.6 || lost > 0.1, "{case}");
+                    assert!(share < 0.6 || lost > 0.2, "{case}");
                     assert!(share > 0.6 || lost < 0.25, "{case}");
                 }
             }
