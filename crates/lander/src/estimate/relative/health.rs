@@ -4,6 +4,10 @@ use super::reading::Sensor;
 use super::settings::Gate;
 use touchdown_flight::real::{Real, r};
 
+/// Difference in time up to which two readings are the same one that came twice, s: above the rounding of ages in `f32`, below the
+/// period of any sensor.
+const SAME_S: f64 = 1e-4;
+
 /// State of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorHealth<R> {
@@ -132,7 +136,7 @@ impl<R: Real> Monitor<R> {
             Fate::Used(nis) => {
                 count(&mut health.used);
                 health.rejected_in_a_row = 0;
-                if age_s < health.age_s {
+                if age_s < health.age_s - r(SAME_S) {
                     (health.age_s, self.late_s) = (age_s, age_s);
                 }
                 nis
@@ -213,5 +217,29 @@ impl<R: Real> Monitors<R> {
             &mut self.barometer,
             &mut self.beacon,
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_an_image_that_comes_again_is_no_new_one() {
+        let gate = Gate::<f32>::default();
+        let mut camera = Monitor::<f32>::default();
+        assert_eq!(camera.silent_s(), f32::INFINITY);
+        camera.note(Fate::Used(1.0), 0.2, &gate);
+        assert_eq!(camera.silent_s(), 0.0);
+        for step in 1..30_u8 {
+            camera.grow(0.01);
+            // The same image, whose stamp makes its age by another rounding.
+            let again_s = 0.2 + 0.01 * f32::from(step) - 1e-5;
+            camera.note(Fate::Used(1.0), again_s, &gate);
+        }
+        // Sums of 30 steps of 0.01 s, less the rounding of the stamps.
+        assert!((camera.silent_s() - 0.29).abs() < 1e-4);
+        camera.note(Fate::Used(1.0), 0.19, &gate);
+        assert_eq!(camera.silent_s(), 0.0);
     }
 }
