@@ -87,6 +87,7 @@ impl core::error::Error for SettingsError {}
 ///
 /// # Errors
 /// Names `key` and the value.
+#[inline(never)]
 pub fn finite<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     if value.is_finite() {
         Ok(())
@@ -102,6 +103,7 @@ pub fn finite<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError>
 ///
 /// # Errors
 /// Names `key` and the value.
+#[inline(never)]
 pub fn positive<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     within(
         key,
@@ -115,6 +117,7 @@ pub fn positive<R: Real>(key: &'static str, value: R) -> Result<(), SettingsErro
 ///
 /// # Errors
 /// Names `key` and the value.
+#[inline(never)]
 pub fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     within(key, value, value >= R::ZERO, "a finite number not below 0")
 }
@@ -123,6 +126,7 @@ pub fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), Settings
 ///
 /// # Errors
 /// Names `key`, the range that was `expected` and the value.
+#[inline(never)]
 pub fn within<R: Real>(
     key: &'static str,
     value: R,
@@ -144,6 +148,7 @@ pub fn within<R: Real>(
 ///
 /// # Errors
 /// Names both keys and values.
+#[inline(never)]
 pub fn ordered<R: Real>(
     lower_key: &'static str,
     lower: R,
