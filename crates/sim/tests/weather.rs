@@ -25,17 +25,33 @@ fn sea(wind: WindSettings) -> SpaceScenario {
     }
 }
 
-#[test]
-fn regress_wind_of_eight_metres_a_second_with_its_turbulence() {
-    // Before the start was trimmed and contact went by the lowest foot, 1 of 40 landed.
-    let wind = WindSettings {
+/// Steady wind of 8 m/s with its turbulence.
+fn eight_metres_a_second() -> WindSettings {
+    WindSettings {
         steady_mps: [8.0, 0.0, 0.0],
         dryden: Some(DrydenSettings::low_altitude(3.0, 8.0).expect("a wind")),
         ..WindSettings::default()
-    };
-    let (landed, _) = flown(&sea(wind), 8);
+    }
+}
+
+#[test]
+fn regress_wind_of_eight_metres_a_second_with_its_turbulence() {
+    // Before the start was trimmed and contact went by the lowest foot, 1 of 40 landed.
+    let (landed, _) = flown(&sea(eight_metres_a_second()), 8);
     // 99 of 100 land; one in eight may be the other.
     assert!(landed >= 7, "{landed} of 8");
+}
+
+#[test]
+fn regress_who_leans_into_the_wind_sets_the_other_feet_down_softly() {
+    let scenario = sea(eight_metres_a_second());
+    let lander = SpaceLander::new(&scenario).expect("a valid scenario");
+    let hard = (0..40)
+        .map(|trial| lander.land(trial, 6, false).expect("it flies"))
+        .filter(|landing| landing.impact.is_none_or(|impact| impact.speed_mps > 0.3))
+        .count();
+    // 3 of 40 of another seed; 28 where the thrust vanishes within 0.2 s and the vehicle levels.
+    assert!(hard <= 8, "{hard} of 40");
 }
 
 #[test]

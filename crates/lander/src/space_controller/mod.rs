@@ -28,17 +28,6 @@ use touchdown_flight::types::Limits;
 /// 13 m/s would be refused on the default airframe.
 const THRUST_SHARE: f64 = 0.9;
 
-/// Thrust over weight at which a vehicle on the deck stands upright: attitude control then
-/// still has half of its torque to set the feet down softly. At 0 it falls onto them at up to 0.6 m/s in a wind
-/// of 10 m/s; at 0.6 it slides before the legs carry enough.
-const UPRIGHT_SHARE: f64 = 0.3;
-
-/// The same from [`WINDY_SLOPE`] on, and the share down to which such a vehicle keeps its tilt: the thrust decreases first,
-/// then the vehicle levels, so that weight on the feet holds it against the wind. With 0.3 and 1 instead, 82 of 100 land at
-/// 12 m/s for 88, and feet slide 0.23 m for 0.16 m at 10 m/s (95 %).
-const WINDY_UPRIGHT_SHARE: f64 = 0.15;
-pub(crate) const WINDY_TILTED_SHARE: f64 = 0.6;
-
 /// Greatest tilt just above the deck, rad: at 0.65 on one foot the tips of the blades strike it, and the attitude
 /// overshoots by 0.1. At 0.5, 100 landings at 12 m/s have 18 descents that drift off the pad, for 4; at 0.7, 3 of 100 strike.
 const LOW_TILT_RAD: f64 = 0.55;
@@ -333,9 +322,8 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
     /// Reduces the thrust at `rate_n_per_s` over `dt` seconds, down to the least thrust. It
     /// is for a vehicle on the deck; observer and adaptation pause.
     ///
-    /// The thrust T leans from the deck's normal by the trim's slope times
-    /// `(T/W - 0.3)/0.7`, in wind times `(T/W - 0.15)/0.45`: the wind's force falls to the legs
-    /// together with the weight, so that their friction holds it.
+    /// The thrust leans from the deck's normal by the trim's slope. A vehicle that leans into the wind touches with one foot.
+    /// Attitude control then resists the weight that turns it onto the others, the less the lower the thrust.
     pub fn idle(
         &self,
         state: &mut SpaceControllerState<R, G::State>,
@@ -351,27 +339,19 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let thrust_n = self
             .limits
             .thrust((last_n - rate_n_per_s.abs() * dt).finite_or(last_n));
-        let trim = self.trim_up(state);
-        let share = thrust_n / (self.mass_kg * self.gravity_mps2);
-        let (upright, tilted) = if self.is_windy(trim) {
-            (r(WINDY_UPRIGHT_SHARE), r(WINDY_TILTED_SHARE))
-        } else {
-            (r::<R>(UPRIGHT_SHARE), R::ONE)
-        };
-        let leans = ((share - upright) / (tilted - upright)).clamp(R::ZERO, R::ONE);
         let command = &mut state.vertical.command;
         command.thrust_n = thrust_n;
         command.throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
         command.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
-        let yaw_rad = state.target.yaw_rad;
         // A camera may take the tag for one that leans the other way.
         let up = motion.deck_normal.z.abs();
         let aside = motion.deck_normal.horizontal();
         let most = up * tan(r(GREATEST_DECK_RAD));
         let deck = Vector::UP * up + aside.limited(most);
         let normal = deck.direction().unwrap_or(Vector::UP);
-        let leaned = normal + trim.horizontal() * (leans / trim.z);
-        if let Some(attitude) = Attitude::from_thrust_direction(leaned, yaw_rad) {
+        let trim = self.trim_up(state);
+        let leaned = normal + trim.horizontal() * (R::ONE / trim.z);
+        if let Some(attitude) = Attitude::from_thrust_direction(leaned, state.target.yaw_rad) {
             state.attitude = attitude;
         }
         SpaceCommand {

@@ -6,7 +6,7 @@ use touchdown_flight::ground_effect::GroundEffectModel;
 use touchdown_flight::metrics::{LandingFigures, LandingMetrics, LandingMetricsState};
 use touchdown_flight::reference::{Reference, Terminal};
 use touchdown_lander::control::{Adaptation, Delays, Observer};
-use touchdown_lander::space_controller::{SpaceController, SpaceControllerState, Target};
+use touchdown_lander::space_controller::{Motion, SpaceController, SpaceControllerState, Target};
 
 use crate::common::flight::{MASS_KG, WEIGHT_N, lag};
 use crate::plant::{Plant, Space, hover_throttle, space_controller};
@@ -93,7 +93,7 @@ fn analytic_observer_finds_and_cancels_wind_and_wrong_thrust() {
 }
 
 #[test]
-fn regress_a_vehicle_in_the_wind_keeps_its_tilt_until_its_weight_holds_it() {
+fn regress_a_vehicle_in_the_wind_keeps_its_tilt_just_above_the_deck() {
     let controller = observing(GroundEffectModel::None);
     let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.6));
     plant.wind_n = Vector::new(5.5, 0.0, 0.0);
@@ -121,24 +121,24 @@ fn regress_a_vehicle_in_the_wind_keeps_its_tilt_until_its_weight_holds_it() {
     let far = press(slope, -5.0);
     assert!((far.attitude.tilt_rad() - 0.55).abs() < 1e-9);
     assert!(!far.limited && press(0.0, -5.0).limited);
-    // On the deck: the trim's tilt down to 0.6 of the weight, half of it in the middle, none from 0.15 on.
-    let tilt_at = |share: f64| {
-        let mut state = start;
-        let thrust_n = state.vertical.command.thrust_n;
-        let rate_n_per_s = (thrust_n - share * WEIGHT_N) / 0.01;
-        let idle = controller.idle(&mut state, &motion, rate_n_per_s, 0.01);
-        assert!((idle.thrust_n - share * WEIGHT_N).abs() < 1e-9);
-        idle.attitude.tilt_rad().tan()
-    };
-    for (share, leans) in [
-        (0.7, 1.0),
-        (0.6, 1.0),
-        (0.375, 0.5),
-        (0.15, 0.0),
-        (0.1, 0.0),
-    ] {
-        // 1 % for a hover at rest.
-        assert!((tilt_at(share) - leans * slope).abs() < 0.01, "{share}");
+    // On the deck it leans by the trim's slope, from the deck's normal, at any thrust.
+    let normal = Vector::new(0.0, 0.1, 1.0).direction().unwrap();
+    for share in [0.7, 0.4, 0.1] {
+        for deck_normal in [Vector::UP, normal] {
+            let mut state = start;
+            let on_deck = Motion {
+                deck_normal,
+                ..motion
+            };
+            let rate_n_per_s = (state.vertical.command.thrust_n - share * WEIGHT_N) / 0.01;
+            let idle = controller.idle(&mut state, &on_deck, rate_n_per_s, 0.01);
+            assert!((idle.thrust_n - share * WEIGHT_N).abs() < 1e-9);
+            let leans = (deck_normal - Vector::new(slope, 0.0, 0.0))
+                .direction()
+                .unwrap();
+            // 1 % for a hover at rest.
+            assert!(idle.attitude.up().cross(leans).norm() < 0.01, "{share}");
+        }
     }
 }
 

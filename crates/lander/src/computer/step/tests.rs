@@ -6,6 +6,7 @@ use crate::computer::tests::{DT, State, computer};
 use crate::computer::{Computer, NormalReading, Sensed};
 use crate::estimate::deck::{DeckEstimator, DeckEstimatorState, DeckMotionPrediction, Harmonic};
 use crate::estimate::relative::{ImuSample, Reading, RelativeEstimate, TagReading};
+use crate::space_controller::Motion;
 use crate::state_machine::OperatorRequest;
 
 /// A hovering vehicle's inertial unit, and the deck's normal where it is seen.
@@ -245,4 +246,49 @@ fn analytic_the_band_is_as_wide_as_the_harmonics_are_apart_and_uncertain() {
     assert!((width + known.forgetting_per_s()) / mean < computer.least_damping_ratio);
     let band = computer.band(&known).unwrap();
     assert_eq!(band.heave_damping_ratio, computer.least_damping_ratio);
+}
+
+#[test]
+fn analytic_friction_bounds_the_thrust_of_a_vehicle_that_leans() {
+    let computer = computer();
+    let mut state: State = computer.initial(0.5);
+    let weight_n = computer.controller.mass_kg * computer.controller.gravity_mps2;
+    let rate_n_per_s = computer.guidance.idle_n_per_s;
+    let leaning = |slope: f64, across_mps: f64| {
+        let mut motion = Motion {
+            attitude: Attitude::from_rotation_vector(Vector::new(0.0, slope.atan(), 0.0)),
+            deck_normal: Vector::UP,
+            ..Motion::default()
+        };
+        motion.relative_velocity_mps.y = across_mps;
+        motion
+    };
+    let mut slower = |wind: f64, lean: f64, across_mps: f64, share: f64| {
+        state.trim_up = Vector::new(wind, 0.0, 1.0).direction().unwrap();
+        state.command.thrust_n = share * weight_n;
+        computer.idle_slower(&state, &leaning(lean, across_mps))
+    };
+    let carried = rate_n_per_s / (0.3 * weight_n);
+    // T/W at which the wind's force less that of the leaning thrust is the friction 0.65 on what the feet carry:
+    // s - T/W l = 0.65 (1 - T/W). At most 0.6, at least 0.15.
+    for (wind, lean, across_mps, bound) in [
+        (0.4, 0.1, 0.0, 0.25 / 0.55),
+        (0.3, 0.2, 0.3, 0.6),
+        (0.5, 0.2, 0.0, 0.15 / 0.45),
+        // A lean that holds the vehicle by itself, a wind that no friction holds.
+        (0.4, 0.7, 0.0, 0.6),
+        (0.66, 0.4, 0.0, 0.15),
+        // At 0.35 m/s it slides: the feet hold 0.15 less.
+        (0.4, 0.1, 0.35, 0.10 / 0.55),
+        (0.4, 0.1, 1.0, 0.15),
+        (0.0, 0.15, 0.0, 0.6),
+    ] {
+        let below = slower(wind, lean, across_mps, bound - 1e-9);
+        assert!((below - carried).abs() < 1e-12, "{wind} {lean}: {below}");
+        // Above it the thrust decreases fast: more slowly only by the height of the foot, up to 3.1 times at these slopes.
+        let above = slower(wind, lean, across_mps, bound + 1e-9);
+        assert!(above < 3.1, "{wind} {lean}: {above}");
+    }
+    // Level within 0.01 m: on, to nothing.
+    assert!(slower(0.4, 0.05, 0.0, 0.3) < 1.2);
 }
