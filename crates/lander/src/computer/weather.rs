@@ -70,7 +70,8 @@ const IDLE_PER_DROP: f64 = 3.0;
 const CARRIED_PER_S: f64 = 0.3;
 /// Least and greatest such share. With 0.5 for the greatest, a fifth more landings at 8 m/s are hard. Attitude control has hardly any torque
 /// below the least.
-const CARRIED: [f64; 2] = [0.15, 0.6];
+const LEAST_CARRIED: f64 = 0.15;
+const MOST_CARRIED: f64 = 0.6;
 /// Friction of the feet that it counts on, a little above the 0.6 of rubber on painted steel: a vehicle that slides then counts on less.
 const FRICTION: f64 = 0.65;
 /// Speed across the deck from which a vehicle slides, m/s, and friction it counts on less per speed, s/m. A vehicle that turns about a foot has
@@ -104,14 +105,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// wind with the slope of the trim s: `(μ - s)/(μ - l)`. The thrust T opposes the wind by `T l`, and leaves `W - T` of the
     /// weight to the feet. The more thrust there is, the more softly attitude control sets the other feet down.
     fn carried_share(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
-        let [least, most] = CARRIED.map(r::<R>);
         let (up, normal) = (motion.attitude.up(), motion.deck_normal);
         let lean = up.cross(normal).norm() / up.dot(normal);
         let across_mps = motion.relative_velocity_mps.horizontal().norm();
         let slides_mps = (across_mps - r(SLIDING_MPS)).max(R::ZERO);
         let friction: R = r(FRICTION);
         let left = friction - self.wind_slope(state) - r::<R>(FRICTION_PER_MPS) * slides_mps;
-        (left / (friction - lean).max(r(LEAST_SLOPE))).clamp(least, most)
+        let share = left / (friction - lean).max(r(LEAST_SLOPE));
+        share.clamp(r(LEAST_CARRIED), r(MOST_CARRIED))
     }
 
     /// Slope of the trim behind the slope of the approach l: `(l + √(l² + 4 u²))/2` with u = [`UPRIGHT`], which is the least.
