@@ -87,7 +87,6 @@ impl core::error::Error for SettingsError {}
 ///
 /// # Errors
 /// Names `key` and the value.
-#[inline(never)]
 pub fn finite<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     if value.is_finite() {
         Ok(())
@@ -103,7 +102,6 @@ pub fn finite<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError>
 ///
 /// # Errors
 /// Names `key` and the value.
-#[inline(never)]
 pub fn positive<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     within(
         key,
@@ -117,7 +115,6 @@ pub fn positive<R: Real>(key: &'static str, value: R) -> Result<(), SettingsErro
 ///
 /// # Errors
 /// Names `key` and the value.
-#[inline(never)]
 pub fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     within(key, value, value >= R::ZERO, "a finite number not below 0")
 }
@@ -126,7 +123,6 @@ pub fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), Settings
 ///
 /// # Errors
 /// Names `key`, the range that was `expected` and the value.
-#[inline(never)]
 pub fn within<R: Real>(
     key: &'static str,
     value: R,
@@ -148,7 +144,6 @@ pub fn within<R: Real>(
 ///
 /// # Errors
 /// Names both keys and values.
-#[inline(never)]
 pub fn ordered<R: Real>(
     lower_key: &'static str,
     lower: R,

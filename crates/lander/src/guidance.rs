@@ -17,9 +17,10 @@
 //! rate, to `press_m` below, so that a floating vehicle is pressed down. The heading is
 //! that of the first step.
 
+use crate::check::{not_negative, positive};
 use crate::space_controller::{Motion, Target};
 use crate::state_machine::{Frame, Maneuver};
-use touchdown_flight::error::{SettingsError, not_negative, positive};
+use touchdown_flight::error::SettingsError;
 use touchdown_flight::kernel::{Sum, usable_dt};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::{Reference, ReferencePoint};

@@ -18,6 +18,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod check;
 pub mod computer;
 pub mod control;
 pub mod estimate;

@@ -1,6 +1,7 @@
 //! Height of the lowest foot of a tilted vehicle.
 
-use touchdown_flight::error::{SettingsError, positive};
+use crate::check::positive;
+use touchdown_flight::error::SettingsError;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
 

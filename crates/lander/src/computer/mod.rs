@@ -73,6 +73,7 @@ use sightings::Sightings;
 use steady::Steady;
 use support::Support;
 
+use crate::check::{not_negative, positive};
 use crate::estimate::deck::{DeckEstimator, DeckEstimatorState, DeckMotionPrediction};
 use crate::estimate::latency::{LatencyEstimator, LatencyState};
 use crate::estimate::relative::{
@@ -83,7 +84,7 @@ use crate::planner::{Plan, Planner, PlannerState};
 use crate::space_controller::{SpaceCommand, SpaceController, SpaceControllerState, Target};
 use crate::state_machine::{MachineOutput, MachineState, OperatorRequest, Phase, StateMachine};
 use touchdown_flight::control::VerticalState;
-use touchdown_flight::error::{SettingsError, not_negative, positive, within};
+use touchdown_flight::error::{SettingsError, within};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Reference;

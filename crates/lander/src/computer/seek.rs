@@ -11,10 +11,11 @@
 //! the camera keeps looking down. A deck under way carries the whole flight along.
 
 use super::{Computer, ComputerState};
+use crate::check::positive;
 use crate::estimate::relative::RelativeEstimate;
 use crate::space_controller::{Motion, Target};
 use crate::state_machine::Phase;
-use touchdown_flight::error::{SettingsError, positive};
+use touchdown_flight::error::SettingsError;
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::ReferencePoint;

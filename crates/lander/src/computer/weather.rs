@@ -72,12 +72,14 @@ const CARRIED_PER_S: f64 = 0.3;
 /// below the least.
 const LEAST_CARRIED: f64 = 0.15;
 const MOST_CARRIED: f64 = 0.6;
-/// Friction of the feet that it counts on, a little above the 0.6 of rubber on painted steel: a vehicle that slides then counts on less.
-const FRICTION: f64 = 0.65;
-/// Speed across the deck from which a vehicle slides, m/s, and friction it counts on less per speed, s/m. A vehicle that turns about a foot has
-/// 0.25 m/s. Without, 26 of 400 crash at 12 m/s for 20. Other values change less.
-const SLIDING_MPS: f64 = 0.3;
-const FRICTION_PER_MPS: f64 = 3.0;
+/// Friction of the feet that it counts on, that of rubber on painted steel. A vehicle that slides counts on less. With 0.65, a tenth fewer
+/// landings at 10 m/s are hard (1.37 kg), but 30 of 200 octorotors of 25 kg crash at 12 m/s.
+const FRICTION: f64 = 0.6;
+/// Speed across the deck from which a vehicle slides, m/s, and friction it counts on less per speed, s/m. One that turns about a foot
+/// has up to that speed. With 0.15 m/s twice as many landings at 8 m/s are hard; with 0.3 m/s and 3 s/m 7 of 200 slide off a deck with
+/// a friction of 0.4 at 10 m/s, for 4.
+const SLIDING_MPS: f64 = 0.25;
+const FRICTION_PER_MPS: f64 = 8.0;
 /// Least slope that counts as between the friction and a lean.
 const LEAST_SLOPE: f64 = 0.01;
 
@@ -101,16 +103,17 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
-    /// Share of the weight that the rotors may carry of a vehicle that leans by the slope l, so that friction μ holds its feet in a
-    /// wind with the slope of the trim s: `(μ - s)/(μ - l)`. The thrust T opposes the wind by `T l`, and leaves `W - T` of the
-    /// weight to the feet. The more thrust there is, the more softly attitude control sets the other feet down.
+    /// Share of the weight that the rotors may carry of a vehicle that leans by the slope l, so that friction μ holds its feet. The wind,
+    /// and a deck that turns, push it by the slope s times the weight: `(μ - s)/(μ - l)`. The thrust T opposes this by `T l`, and leaves
+    /// `W - T` of the weight to the feet. The more thrust there is, the more softly attitude control sets the other feet down.
     fn carried_share(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
         let (up, normal) = (motion.attitude.up(), motion.deck_normal);
         let lean = up.cross(normal).norm() / up.dot(normal);
         let across_mps = motion.relative_velocity_mps.horizontal().norm();
         let slides_mps = (across_mps - r(SLIDING_MPS)).max(R::ZERO);
         let friction: R = r(FRICTION);
-        let left = friction - self.wind_slope(state) - r::<R>(FRICTION_PER_MPS) * slides_mps;
+        let pushed = self.trim_slope(state) + self.turning_slope(state);
+        let left = friction - pushed.norm() - r::<R>(FRICTION_PER_MPS) * slides_mps;
         let share = left / (friction - lean).max(r(LEAST_SLOPE));
         share.clamp(r(LEAST_CARRIED), r(MOST_CARRIED))
     }
@@ -262,10 +265,20 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
-    /// Slope of that direction: horizontal over vertical.
+    /// Size of [`Self::trim_slope`].
     pub(super) fn wind_slope(&self, state: &ComputerState<R, G::State>) -> R {
+        self.trim_slope(state).norm()
+    }
+
+    /// Slope of that direction: horizontal over vertical.
+    fn trim_slope(&self, state: &ComputerState<R, G::State>) -> Vector<R> {
         let trim = state.trim_up;
-        trim.horizontal().norm() / trim.z
+        trim.horizontal() * (R::ONE / trim.z)
+    }
+
+    /// Slope of the thrust that follows a deck which turns or changes its speed.
+    fn turning_slope(&self, state: &ComputerState<R, G::State>) -> Vector<R> {
+        state.course_mps2 * (R::ONE / self.controller.gravity_mps2)
     }
 
     /// Tilt of the vehicle beyond what lies between upright and trim, rad. A vehicle
@@ -289,14 +302,13 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else {
             Vector::ZERO
         };
-        let trim = state.trim_up;
         // A deck that turns tilts the vehicle as wind does. One in waves turns back too soon.
         let turned = if self.under_way {
-            state.course_mps2 * (R::ONE / self.controller.gravity_mps2)
+            self.turning_slope(state)
         } else {
             Vector::ZERO
         };
-        let slope = trim.horizontal() * (R::ONE / trim.z) + turned;
+        let slope = self.trim_slope(state) + turned;
         let size = slope.norm();
         let wanted = if size > r(UPRIGHT) {
             let share = r::<R>(UPRIGHT) / size;

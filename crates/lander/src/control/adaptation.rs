@@ -1,7 +1,8 @@
 //! Adaptation of the scale factor of the ground-effect model.
 
 use super::observer::Felt;
-use touchdown_flight::error::{SettingsError, ordered, positive};
+use crate::check::positive;
+use touchdown_flight::error::{SettingsError, ordered};
 use touchdown_flight::kernel::{lag_share, lag_step, usable_dt};
 use touchdown_flight::real::{Real, r};
 

@@ -1,6 +1,7 @@
 //! Horizontal control: proportional, derivative, integral, within limits.
 
-use touchdown_flight::error::{SettingsError, not_negative, positive, within};
+use crate::check::{not_negative, positive};
+use touchdown_flight::error::{SettingsError, within};
 use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;

@@ -1,7 +1,8 @@
 //! Disturbance observer on the IMU, and the record of model forces that it shares with
 //! the adaptation.
 
-use touchdown_flight::error::{SettingsError, not_negative, positive, within};
+use crate::check::{not_negative, positive};
+use touchdown_flight::error::{SettingsError, within};
 use touchdown_flight::ground_effect::Lift;
 use touchdown_flight::kernel::{Delay, lag_share, usable_dt};
 use touchdown_flight::real::{Real, r};

@@ -1,7 +1,8 @@
 //! Limits of a planner.
 
 use super::quintic;
-use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
+use crate::check::{not_negative, positive};
+use touchdown_flight::error::{SettingsError, ordered, within};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Terminal;
 

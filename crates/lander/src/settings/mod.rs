@@ -4,8 +4,9 @@ mod assembly;
 
 pub use assembly::{LoopTiming, SensorNumbers, VehicleNumbers};
 
+use crate::check::{not_negative, positive};
 use touchdown_flight::control::Gains;
-use touchdown_flight::error::{SettingsError, not_negative, positive};
+use touchdown_flight::error::SettingsError;
 use touchdown_flight::method::{C_DECK_PER_S, Method};
 use touchdown_flight::real::{Real, r};
 

@@ -1,6 +1,7 @@
 //! Limits and times of the state machine.
 
-use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
+use crate::check::{not_negative, positive};
+use touchdown_flight::error::{SettingsError, ordered, within};
 use touchdown_flight::real::{Real, r};
 
 /// A limit that increases with height, `at_deck + per_m · height`.

@@ -273,7 +273,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let low_slope = self.low_slope(state, feet_height_m);
         let may_touch = feet_height_m < self.contact_height_m;
         let lift_rise_s = self.lift_rise_s(state, may_touch);
-        let slower = self.idle_slower(state, motion);
+        if let GuidanceCommand::Idle { rate_n_per_s } = &mut order {
+            *rate_n_per_s = *rate_n_per_s / self.idle_slower(state, motion);
+        }
         let controller = self.started(&mut state.controller, motion, state.hover_throttle);
         match order {
             GuidanceCommand::Track(mut target) => {
@@ -292,7 +294,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 (Some(command), Some(target))
             }
             GuidanceCommand::Idle { rate_n_per_s } => {
-                let rate_n_per_s = rate_n_per_s / slower;
                 let command = self.controller.idle(controller, motion, rate_n_per_s, dt);
                 (Some(command), None)
             }

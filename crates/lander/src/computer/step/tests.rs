@@ -269,17 +269,17 @@ fn analytic_friction_bounds_the_thrust_of_a_vehicle_that_leans() {
         computer.idle_slower(&state, &leaning(lean, across_mps))
     };
     let carried = rate_n_per_s / (0.3 * weight_n);
-    // T/W at which the wind's force less that of the leaning thrust is the friction 0.65 on what the feet carry:
-    // s - T/W l = 0.65 (1 - T/W). At most 0.6, at least 0.15.
+    // T/W at which the wind's force less that of the leaning thrust is the friction 0.6 on what the feet carry:
+    // s - T/W l = 0.6 (1 - T/W). At most 0.6, at least 0.15.
     for (wind, lean, across_mps, bound) in [
-        (0.4, 0.1, 0.0, 0.25 / 0.55),
-        (0.3, 0.2, 0.3, 0.6),
-        (0.5, 0.2, 0.0, 0.15 / 0.45),
+        (0.4, 0.1, 0.0, 0.2 / 0.5),
+        (0.3, 0.2, 0.25, 0.6),
+        (0.5, 0.2, 0.0, 0.1 / 0.4),
         // A lean that holds the vehicle by itself, a wind that no friction holds.
         (0.4, 0.7, 0.0, 0.6),
-        (0.66, 0.4, 0.0, 0.15),
-        // At 0.35 m/s it slides: the feet hold 0.15 less.
-        (0.4, 0.1, 0.35, 0.10 / 0.55),
+        (0.61, 0.4, 0.0, 0.15),
+        // At 0.2625 m/s it slides: the feet hold 0.1 less.
+        (0.35, 0.1, 0.2625, 0.15 / 0.5),
         (0.4, 0.1, 1.0, 0.15),
         (0.0, 0.15, 0.0, 0.6),
     ] {
@@ -291,4 +291,8 @@ fn analytic_friction_bounds_the_thrust_of_a_vehicle_that_leans() {
     }
     // Level within 0.01 m: on, to nothing.
     assert!(slower(0.4, 0.05, 0.0, 0.3) < 1.2);
+    // A deck that turns pushes as well, here by 0.1 of the weight: the rotors may carry a fifth of the weight in place of two.
+    assert!((slower(0.4, 0.1, 0.0, 0.3) - carried).abs() < 1e-12);
+    state.course_mps2 = Vector::new(0.981, 0.0, 0.0);
+    assert!(computer.idle_slower(&state, &leaning(0.1, 0.0)) < 3.1);
 }

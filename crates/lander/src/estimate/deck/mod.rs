@@ -64,10 +64,11 @@ mod harmonics;
 mod search;
 mod spectrum;
 
+use crate::check::{not_negative, positive};
 use coherence::Learner;
 use harmonics::{Coherence, Harmonics, MOST, Row};
 use spectrum::Spectrum;
-use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
+use touchdown_flight::error::{SettingsError, ordered, within};
 use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
 

@@ -51,8 +51,9 @@
 mod bank;
 
 use self::bank::{Bank, Follow, Sight};
+use crate::check::positive;
 use crate::estimate::relative::{Reading, RelativeFilter, RelativeState};
-use touchdown_flight::error::{SettingsError, positive, within};
+use touchdown_flight::error::{SettingsError, within};
 use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
 

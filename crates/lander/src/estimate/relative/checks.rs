@@ -4,7 +4,8 @@ use super::settings::{
     BarometerModel, BeaconModel, DeckPrior, Gate, GnssModel, ImuModel, InitialSpread, RangeModel,
     TagModel,
 };
-use touchdown_flight::error::{SettingsError, finite, not_negative, ordered, positive, within};
+use crate::check::{not_negative, positive};
+use touchdown_flight::error::{SettingsError, finite, ordered, within};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 

@@ -71,7 +71,8 @@ pub use settings::{
     TagModel,
 };
 
-use touchdown_flight::error::{SettingsError, positive};
+use crate::check::positive;
+use touchdown_flight::error::SettingsError;
 use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
