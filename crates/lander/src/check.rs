@@ -1,4 +1,4 @@
-//! Checks of settings, as calls. Inlined, as those of [`touchdown_flight::error`], they take 3 kB more of a microcontroller's flash.
+//! Checks of settings, as calls. Inlined, as those of [`touchdown_flight::error`], they take 2 kB more of a microcontroller's flash.
 
 use touchdown_flight::error::{self, SettingsError};
 use touchdown_flight::real::Real;

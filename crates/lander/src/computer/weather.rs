@@ -73,7 +73,7 @@ const CARRIED_PER_S: f64 = 0.3;
 const LEAST_CARRIED: f64 = 0.15;
 const MOST_CARRIED: f64 = 0.6;
 /// Friction of the feet that it counts on, that of rubber on painted steel. A vehicle that slides counts on less. With 0.65, a tenth fewer
-/// landings at 10 m/s are hard (1.37 kg), but 30 of 200 octorotors of 25 kg crash at 12 m/s.
+/// landings at 10 m/s are hard (1.37 kg). The effects of halving and doubling were not measured.
 const FRICTION: f64 = 0.6;
 /// Speed across the deck from which a vehicle slides, m/s, and friction it counts on less per speed, s/m. One that turns about a foot
 /// has up to that speed. With 0.15 m/s twice as many landings at 8 m/s are hard; with 0.3 m/s and 3 s/m 7 of 200 slide off a deck with
