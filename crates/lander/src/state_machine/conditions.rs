@@ -64,8 +64,8 @@ const HELD_M: f64 = 0.05;
 /// that leans presses with one foot before it is down; 200 landings on a car at 10 m/s are the same with it.
 const PRESSED: f64 = 4.0;
 
-/// Thrust over weight at which the rotors stop in any attitude: less than that at which the controller has a vehicle upright in wind
-/// (0.15), so that waiting longer sets no foot down. Other values were not measured.
+/// Thrust over weight at which the rotors stop in any attitude: attitude control then has hardly any torque, so that waiting longer
+/// sets no foot down more softly. Other values were not measured.
 const ALMOST_OFF: f64 = 0.1;
 
 /// `value` lies in [0, limit]; NaN does not.
