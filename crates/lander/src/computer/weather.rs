@@ -57,12 +57,12 @@ const LOW_HEIGHT: f64 = 0.4;
 /// 0.3 m/s, for 11. The effect of doubling was not measured.
 const SINK_PER_SLOPE: f64 = 2.5;
 /// Factor on the rate at which the thrust decreases on a foot in the wind, and the share of the weight down to which it holds: 0.03 s.
-/// Halved, as many land (187 of 200). The effect of doubling was not measured.
+/// The effects of halving and doubling were not measured.
 const WINDY_IDLE: f64 = 4.0;
 const WINDY_SHARE: f64 = 0.6;
 /// How much more slowly the thrust decreases per height of the lowest foot below the others over the distance
-/// of the feet from the axis: half the rate at a third, the drop in the trim of 10 m/s. Halved, feet come down at 0.5 m/s; doubled,
-/// the touchdown lasts a second in that wind.
+/// of the feet from the axis: half the rate at a third, the drop in the trim of 10 m/s. The effects of halving and doubling
+/// were not measured.
 const IDLE_PER_DROP: f64 = 3.0;
 /// Rate at which the thrust decreases below [`Computer::carried_share`] while the vehicle leans, over the weight, 1/s.
 /// With 0.6, twice as many landings at 8 m/s are hard (1.37 kg). With 0.2, as many; 4 more of 400 of 4 kg crash at
@@ -76,7 +76,7 @@ const MOST_CARRIED: f64 = 0.6;
 /// landings at 10 m/s are hard (1.37 kg). The effects of halving and doubling were not measured.
 const FRICTION: f64 = 0.6;
 /// Speed across the deck from which a vehicle slides, m/s, and friction it counts on less per speed, s/m. One that turns about a foot
-/// has up to that speed. With 0.15 m/s twice as many landings at 8 m/s are hard; with 0.3 m/s and 3 s/m 7 of 200 slide off a deck with
+/// has up to that speed. With 0.15 m/s three times as many landings at 8 m/s are hard; with 0.3 m/s and 3 s/m 7 of 200 slide off a deck with
 /// a friction of 0.4 at 10 m/s, for 4.
 const SLIDING_MPS: f64 = 0.25;
 const FRICTION_PER_MPS: f64 = 8.0;
