@@ -50,7 +50,8 @@ fn regress_who_leans_into_the_wind_sets_the_other_feet_down_softly() {
         .map(|trial| lander.land(trial, 6, false).expect("it flies"))
         .filter(|landing| landing.impact.is_none_or(|impact| impact.speed_mps > 0.3))
         .count();
-    // 3 of 40 of another seed; 28 where the thrust vanishes within 0.2 s and the vehicle levels.
+    // These are 2; 28 where the thrust vanishes within 0.2 s and the vehicle levels. A tenth of more landings are hard (20 of 200,
+    // `wind.toml` with seed 9101): the bound is twice that.
     assert!(hard <= 8, "{hard} of 40");
 }
 
