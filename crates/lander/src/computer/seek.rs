@@ -8,7 +8,8 @@
 //! | no height | the same | `unknown_climb_m` above the altitude where the tag was lost |
 //!
 //! The vehicle flies at a speed from which it can stop with half of its acceleration, so that it tilts little and
-//! the camera keeps looking down. A deck under way carries the whole flight along.
+//! the camera keeps looking down. A deck under way carries the whole flight along. While it is out of sight it may turn, so the vehicle
+//! then moves and climbs faster.
 
 use super::{Computer, ComputerState};
 use crate::check::positive;
@@ -40,6 +41,9 @@ const ARRIVED_M: f64 = 0.5;
 const UNKNOWN_M: f64 = 5.0;
 /// Rate at which errors of height and place vanish, 1/s: slow against the attitude control.
 const RATE: f64 = 0.7;
+/// Factor on acceleration and climb rate while a deck under way is out of sight: one that turns at 10 m/s is 4 m away after 2 s. Of 600 landings
+/// on it without a broadcast (`turns.toml`, seeds 9401 and 9402) 588 of the 1.37 kg vehicle succeed, with 1.5, 6 and without it 561, 570 and 536.
+const HASTE: f64 = 3.0;
 
 /// Settings of the flight to a deck that is not below.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,7 +160,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             motion.vehicle_velocity_mps.z,
         );
         let last = state.seek.velocity_mps.unwrap_or(now);
-        let change = (wanted - last).limited(seek.acceleration_mps2 * dt);
+        let most_mps2 = seek.acceleration_mps2 * self.seek_haste(unseen);
+        let change = (wanted - last).limited(most_mps2 * dt);
         let velocity = (last + change).finite_or(last);
         state.seek.velocity_mps = Some(velocity);
         Some(Target {
@@ -207,6 +212,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         place
     }
 
+    /// [`HASTE`], or 1.
+    fn seek_haste(&self, unseen: bool) -> R {
+        if unseen && self.under_way {
+            r(HASTE)
+        } else {
+            R::ONE
+        }
+    }
+
     /// The velocity towards a place and the height there.
     fn seek_velocity(
         &self,
@@ -237,7 +251,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             let lost_at_m = *state.seek.lost_at_m.get_or_insert(estimate.altitude_m);
             lost_at_m + seek.unknown_climb_m - estimate.altitude_m
         };
-        let up_mps = (up_m * r(RATE)).clamp(-seek.climb_mps, seek.climb_mps);
+        let most_mps = seek.climb_mps * self.seek_haste(unseen);
+        let up_mps = (up_m * r(RATE)).clamp(-most_mps, most_mps);
         aside + Vector::UP * up_mps
     }
 }
