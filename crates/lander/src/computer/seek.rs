@@ -42,7 +42,7 @@ const UNKNOWN_M: f64 = 5.0;
 /// Rate at which errors of height and place vanish, 1/s: slow against the attitude control.
 const RATE: f64 = 0.7;
 /// Factor on acceleration and climb rate while a deck under way is out of sight: one that turns at 10 m/s is 4 m away after 2 s. Of 600 landings
-/// on it without a broadcast (`turns.toml`, seeds 9401 and 9402) 588 of the 1.37 kg vehicle succeed, with 1.5, 6 and without it 561, 570 and 536.
+/// on it without a broadcast (`turns.toml`, seeds 9401 and 9402, 1.37 kg) 585 succeed, without it 527, with 1.5 and 6 557 and 563.
 const HASTE: f64 = 3.0;
 
 /// Settings of the flight to a deck that is not below.
@@ -137,8 +137,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let above_m = (motion.position_m.z - self.contact_height_m).max(R::ZERO);
         let axis_m = state.lean * above_m;
         let aside_m = motion.position_m.horizontal() - axis_m;
-        let seen = tag_age_s <= r(SEEN_S) && self.knows_from_above(estimate);
-        let near = seen && aside_m.norm() <= r::<R>(NEAR) * motion.position_m.z;
+        let tagged = tag_age_s <= r(SEEN_S);
+        let seen = tagged && self.knows_from_above(estimate);
+        let enough = tagged && self.knows_enough(state, estimate, self.higher(estimate));
+        let near = enough && aside_m.norm() <= r::<R>(NEAR) * motion.position_m.z;
         if !waits || near {
             state.seek = SeekState::default();
             return None;

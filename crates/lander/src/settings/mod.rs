@@ -45,7 +45,7 @@ pub enum DescentShape {
 pub struct CoursePrior<R> {
     /// Velocity on each axis, standard deviation, m/s.
     pub velocity_sd_mps: R,
-    /// Acceleration on each axis, standard deviation, m/s².
+    /// Acceleration on each axis, standard deviation, m/s²; at least 0.4 rad/s times the deck's speed, up to 4 m/s².
     pub acceleration_sd_mps2: R,
     /// Correlation time of the acceleration, s.
     pub acceleration_s: R,
@@ -61,15 +61,14 @@ fn follows_sd_mps<R: Real>() -> R {
 }
 
 impl<R: Real> Default for CoursePrior<R> {
-    /// 8 m/s: cars at 15 m/s are within two standard deviations. 4 m/s² and 4 s: turns of 10 degrees per second at 10 m/s (1.7 m/s²) begin and
-    /// end within a second, and the estimate has to follow. Of 600 landings without a broadcast on such a deck (`turns.toml`, seeds 9401 and
-    /// 9402) 588 of the 1.37 kg vehicle and 586 of 4 kg succeed, with 2 m/s² 570 and 495, with 8 m/s² 448 and 396; with 2 s 579 and 569, with
-    /// 8 s 591 and 587. 3 m/s: a vehicle that waits beside the course of a slow ship is within one standard deviation.
-    /// The effects of halving and doubling the speeds were not measured.
+    /// 8 m/s: cars at 15 m/s are within two standard deviations. 1.5 m/s²: what slow decks have; of a fast one more is expected. 4 s: of a
+    /// turn or a change of speed. Of 600 landings of the 1.37 kg vehicle and 600 of 4 kg without a broadcast in turns at 10 m/s (`turns.toml`, seeds
+    /// 9401 and 9402) 585 and 589 succeed, with half of the time 572 and 560, with twice 576 and 586. 3 m/s: a vehicle that waits beside the
+    /// course of a slow ship is within one standard deviation. Other effects of halving and doubling were not measured.
     fn default() -> Self {
         Self {
             velocity_sd_mps: r(8.0),
-            acceleration_sd_mps2: r(4.0),
+            acceleration_sd_mps2: r(1.5),
             acceleration_s: r(4.0),
             follows_sd_mps: r(3.0),
         }
