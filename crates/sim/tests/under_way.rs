@@ -55,6 +55,20 @@ fn regress_a_deck_that_turns_at_speed_is_landed_on_without_a_broadcast() {
 }
 
 #[test]
+fn regress_late_images_above_a_deck_under_way_are_no_loss_of_sight() {
+    let mut scenario = under_way(10.0, false);
+    scenario.faults.extra_latency_s = 0.2;
+    scenario.faults.extra_latency_known = true;
+    scenario.timeout_s = 60.0;
+    scenario.control.seeks = true;
+    let landed = (0..20)
+        .filter(|&trial| land(&scenario, trial, 8).unwrap().outcome.landed())
+        .count();
+    // TODO of 20; none where a velocity that is less certain than that of a still deck counts as a loss of sight.
+    assert!(landed >= 18, "{landed}");
+}
+
+#[test]
 fn regress_a_deck_that_is_not_below_is_found_by_its_broadcast() {
     for (trial, start_m) in [[20.0, -15.0, 1.0], [-28.0, 3.0, 9.0], [3.0, 0.0, 3.0]]
         .into_iter()

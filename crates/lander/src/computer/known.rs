@@ -116,7 +116,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// As [`Self::knows_from_above`], but above a deck that accelerates the horizontal velocity may be known less well, by as much as its
-    /// acceleration may exceed that of the settings: an image or two that miss the tag, or a latency, make it uncertain. Too low to abort for a lost tag, position and velocity become uncertain within the time of a touchdown.
+    /// acceleration may exceed that of the settings: an image or two that miss the tag, or a latency, make it uncertain. Too low to abort
+    /// for a lost tag, position and velocity become uncertain within the time of a touchdown.
     pub(super) fn knows_enough(
         &self,
         state: &ComputerState<R, G::State>,

@@ -139,6 +139,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let aside_m = motion.position_m.horizontal() - axis_m;
         let tagged = tag_age_s <= r(SEEN_S);
         let seen = tagged && self.knows_from_above(estimate);
+        // Over the deck, a velocity that is less certain is no loss of sight: the vehicle would climb again and again.
         let enough = tagged && self.knows_enough(state, estimate, self.higher(estimate));
         let near = enough && aside_m.norm() <= r::<R>(NEAR) * motion.position_m.z;
         if !waits || near {

@@ -67,6 +67,7 @@ const SWAY_MPS2: f64 = 1.5;
 /// at 15 m/s 794 succeed (seeds 9006 to 9009), without the limit 773.
 const TURN_RADPS: f64 = 0.4;
 const TURN_MPS2: f64 = 4.0;
+
 /// Greatest share by which the horizontal poles are faster: beyond come those of the attitude control. With 0.5, as in a descent
 /// over a calm sea, 84 of 100 vehicles land on a boat in a sea of 4 m instead of 95; with 1 94.
 const HASTE: f64 = 0.7;
@@ -348,8 +349,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// Horizontal acceleration of the deck, standard deviation on each axis, m/s². The faster a deck under way, the harder it turns.
-    /// Waves that heave the deck also move it to the sides; before it has been watched, by at least 1 m/s². A calm deck keeps the settings': with an
-    /// acceleration that is estimated, an unknown latency swings the hover.
+    /// Waves that heave the deck also move it to the sides; before it has been watched, by at least 1 m/s². A calm deck keeps the
+    /// settings': with an acceleration that is estimated, an unknown latency swings the hover.
     pub(super) fn sway_mps2(&self, state: &ComputerState<R, G::State>) -> R {
         let prior_mps2 = self.relative.deck.horizontal_acceleration_sd_mps2;
         if self.under_way {
