@@ -135,7 +135,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else if self.under_way {
             let calm_mps2 = self.relative.deck.horizontal_acceleration_sd_mps2;
             let faster = self.sway_mps2(state) / calm_mps2;
-            [R::ONE, faster.finite_or(r(SWAYING))]
+            // Settings that expect hardly any acceleration do not take the limit away.
+            [R::ONE, faster.finite_or(r(SWAYING)).min(r(SWAYING))]
         } else {
             [R::ONE, r(SWAYING)]
         };
