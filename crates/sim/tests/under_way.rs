@@ -64,7 +64,8 @@ fn regress_late_images_above_a_deck_under_way_are_no_loss_of_sight() {
     let landed = (0..20)
         .filter(|&trial| land(&scenario, trial, 8).unwrap().outcome.landed())
         .count();
-    // All; none where a velocity that is less certain than that of a still deck counts as a loss of sight.
+    // All; none where a velocity that is less certain than that of a still deck counts as a loss of sight. Two may fail on a
+    // platform that rounds otherwise.
     assert!(landed >= 18, "{landed}");
 }
 

@@ -42,7 +42,8 @@ const UNKNOWN_M: f64 = 5.0;
 /// Rate at which errors of height and place vanish, 1/s: slow against the attitude control.
 const RATE: f64 = 0.7;
 /// Factor on acceleration and climb rate while a deck under way is out of sight: one that turns at 10 m/s is 4 m away after 2 s. Of 600 landings
-/// on it without a broadcast (`turns.toml`, seeds 9401 and 9402, 1.37 kg) 585 succeed, without it 527, with 1.5 and 6 557 and 563.
+/// on it without a broadcast (`turns.toml`, seeds 9401 and 9402, 1.37 kg) 585 succeed, without it 527, with 1.5 and 6 557 and 563; these without the
+/// sea's `TURN_MPS2`.
 const HASTE: f64 = 3.0;
 
 /// Settings of the flight to a deck that is not below.
@@ -52,9 +53,9 @@ const HASTE: f64 = 3.0;
 pub struct Seek<R> {
     /// Greatest horizontal speed relative to the deck, m/s.
     pub speed_mps: R,
-    /// Greatest horizontal acceleration, m/s².
+    /// Greatest horizontal acceleration, m/s²; three times that while a deck under way is out of sight.
     pub acceleration_mps2: R,
-    /// Greatest vertical speed, m/s.
+    /// Greatest vertical speed, m/s; likewise.
     pub climb_mps: R,
     /// Least height above the deck while the tag is not seen, m.
     pub height_m: R,

@@ -62,7 +62,7 @@ const SWAY_MPS2: f64 = 1.5;
 
 /// Rate of turn of a deck under way, rad/s: times its speed it is the standard deviation of its acceleration, where that of the settings is
 /// smaller; and at most, m/s². Of 600 landings without a broadcast on a deck that turns by 0.17 rad/s at 10 m/s (`turns.toml`, seeds 9401 and 9402) 585
-/// of the 1.37 kg vehicle and 589 of 4 kg succeed, with half of the rate 571 and 466, with twice and no limit 454 and 405. The same deviation at any speed
+/// of the 1.37 kg vehicle and 589 of 4 kg succeed, with half of the rate 571 and 466, with twice 454 and 405, both without the limit. The same deviation at any speed
 /// costs landings with an unknown latency on a deck at rest: an acceleration that follows fast swings the hover. Of 800 landings of 4 kg on a car
 /// at 15 m/s 794 succeed (seeds 9006 to 9009), without the limit 773.
 const TURN_RADPS: f64 = 0.4;
@@ -143,7 +143,7 @@ pub(super) struct Sea<R> {
     moves_s: R,
     /// Greatest estimated speed to the sides of late, of a deck that is not under way, m/s.
     swayed_mps: R,
-    /// Estimated speed of a deck under way, m/s.
+    /// Estimated speed of a deck under way at the last step, m/s.
     course_mps: R,
     /// How far above its hover the vehicle waits while nobody knows whether the deck moves, m.
     waits_m: R,
