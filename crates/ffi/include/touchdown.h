@@ -582,8 +582,10 @@ typedef struct td_computer_output {
   float attitude[4];
   // A `td_phase`.
   uint32_t phase;
-  // A `td_reason`.
+  // A `td_reason`: why the landing was interrupted.
   uint32_t reason;
+  // A `td_reason`: what keeps the vehicle in Approach or Hold.
+  uint32_t waits_for;
   // Number of go-arounds, without those that the operator ordered.
   uint32_t go_arounds;
   // Vehicle relative to the deck, m; z is the height.

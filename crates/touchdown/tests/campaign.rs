@@ -388,3 +388,21 @@ fn regress_landings_that_time_out_are_told_with_their_phase() {
     // All land with the usual time: no other point has a line.
     assert_eq!(said.matches(" landings at ").count(), 1, "{said}");
 }
+
+#[test]
+fn regress_a_hover_whose_time_is_up_is_told_with_what_it_waits_for() {
+    let folder = tempfile::tempdir().unwrap();
+    // No descent begins beyond 14.7 m/s.
+    let text = "trials = 2\n\n[scenario]\ntimeout_s = 15.0\n\n[grid]\n\"wind.steady_mps\" = [[16.0, 0.0, 0.0]]\n";
+    let sweep = sweep(folder.path(), text);
+    let run = touchdown(&[], &sweep, &folder.path().join("out"))
+        .stdout(Stdio::piped())
+        .output()
+        .unwrap();
+    assert!(run.status.success());
+    let said = common::text(&run.stdout);
+    assert!(
+        said.contains(": 2 timed out in phase hold (wind)"),
+        "{said}"
+    );
+}

@@ -83,11 +83,11 @@ const TOPICS: [(&str, &str, Message<TraceRow>); 11] = [
         let motion = [r.estimated_m, r.estimated_mps, r.estimated_sd_m];
         messages::estimate(nanoseconds(r.time_s), motion, r.target)
     }),
-    (
-        "/phase",
-        "touchdown.Phase",
-        |r| json!({ "timestamp": stamp(r), "phase": r.phase, "reason": r.reason }),
-    ),
+    ("/phase", "touchdown.Phase", |r| {
+        json!({
+            "timestamp": stamp(r), "phase": r.phase, "reason": r.reason, "waits_for": r.waits_for,
+        })
+    }),
     ("/sensors", "touchdown.Sensors", |r| {
         json!({
             "timestamp": stamp(r),
@@ -230,7 +230,9 @@ fn written(trace: &SpaceTrace) -> std::result::Result<Vec<u8>, McapError> {
         };
         let mut schema = schema(first);
         if *name == "touchdown.Phase" {
-            schema["properties"]["reason"] = json!({ "type": "string" });
+            for key in ["reason", "waits_for"] {
+                schema["properties"][key] = json!({ "type": "string" });
+            }
         }
         let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
         ids.push(Some(writer.add_channel(

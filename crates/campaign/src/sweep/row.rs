@@ -46,7 +46,7 @@ pub struct LandingRow {
     /// `landed`, `crashed`, `tipped_over`, `given_up` or `timed_out`; under an autopilot also `not_flown` or
     /// `autopilot_failed`.
     pub outcome: String,
-    /// Cause of a crash, why it was given up, or the phase in which its time was up.
+    /// Cause of a crash, why it was given up, or the phase in which its time was up and what it waited for.
     pub why: Option<String>,
     /// Why descents were broken off, or hovers that sank climbed away from, in their order, joined by ` `.
     pub abort_reasons: Option<String>,
@@ -63,6 +63,15 @@ fn name<T: Serialize>(of: &T) -> Option<String> {
     serde_json::to_value(of).ok()?.as_str().map(str::to_owned)
 }
 
+/// The phase in which a landing's time was up and, of one that had not begun to descend, what it waited for: `hold (wind)`.
+fn late(flown: &SpaceLanding) -> Option<String> {
+    let phase = flown.last_phase.as_ref().and_then(name)?;
+    Some(match flown.waits_for.as_ref().and_then(name) {
+        Some(reason) => format!("{phase} ({reason})"),
+        None => phase,
+    })
+}
+
 impl LandingRow {
     /// The row of a landing.
     #[must_use]
@@ -72,7 +81,7 @@ impl LandingRow {
             SpaceOutcome::Crashed { cause } => ("crashed", name(cause)),
             SpaceOutcome::TippedOver => ("tipped_over", None),
             SpaceOutcome::GivenUp { reason } => ("given_up", reason.as_ref().and_then(name)),
-            SpaceOutcome::TimedOut => ("timed_out", flown.last_phase.as_ref().and_then(name)),
+            SpaceOutcome::TimedOut => ("timed_out", late(flown)),
         };
         let reasons: Vec<String> = flown
             .aborts

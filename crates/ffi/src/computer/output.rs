@@ -87,8 +87,10 @@ pub struct td_computer_output {
     pub attitude: [f32; 4],
     /// A `td_phase`.
     pub phase: u32,
-    /// A `td_reason`.
+    /// A `td_reason`: why the landing was interrupted.
     pub reason: u32,
+    /// A `td_reason`: what keeps the vehicle in Approach or Hold.
+    pub waits_for: u32,
     /// Number of go-arounds, without those that the operator ordered.
     pub go_arounds: u32,
     /// Vehicle relative to the deck, m; z is the height.
@@ -156,6 +158,7 @@ impl td_computer_output {
             attitude: command.attitude.to_quaternion(),
             phase: phase(machine.phase) as u32,
             reason: reason(machine.reason) as u32,
+            waits_for: reason(machine.waits_for) as u32,
             go_arounds: u32::from(machine.go_arounds),
             position_m: estimate.position_m.to_array(),
             position_sd_m: estimate.position_sd_m.to_array(),

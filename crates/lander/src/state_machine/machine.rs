@@ -194,6 +194,9 @@ impl<R: Real> StateMachine<R> {
             phase,
             maneuver,
             reason: state.reason,
+            waits_for: conditions
+                .unready
+                .filter(|_| matches!(phase, Phase::Approach | Phase::Hold)),
             go_arounds: state.go_arounds,
             hurry: conditions.battery_critical,
         }

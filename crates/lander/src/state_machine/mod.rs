@@ -283,6 +283,8 @@ pub struct MachineOutput<R> {
     pub maneuver: Maneuver<R>,
     /// Reason why the landing was interrupted.
     pub reason: Option<Reason>,
+    /// What keeps the vehicle in Approach or Hold; none in other phases.
+    pub waits_for: Option<Reason>,
     /// Number of go-arounds, without those that the operator ordered.
     pub go_arounds: u8,
     /// The planner must not wait for a better moment.

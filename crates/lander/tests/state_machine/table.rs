@@ -234,6 +234,28 @@ fn analytic_a_hover_that_swings_is_not_ready() {
 }
 
 #[test]
+fn analytic_a_hover_says_what_it_waits_for() {
+    let mut flight = reach(Phase::Hold);
+    // Of two conditions the first of the list is named.
+    let cases: [(fn(&mut MachineInput<f64>), Option<Reason>); 4] = [
+        (|s| s.wind_slope = 1.0, Some(Reason::Wind)),
+        (
+            |s| (s.wind_slope, s.tag_age_s) = (1.0, 0.31),
+            Some(Reason::TagLost),
+        ),
+        (|s| s.lateral_error_m = 0.5, Some(Reason::LateralError)),
+        (|_| (), None),
+    ];
+    for (change, waits_for) in cases {
+        let out = flight.step(change);
+        assert_eq!((out.phase, out.waits_for), (Phase::Hold, waits_for));
+    }
+    // A descent waits for nothing.
+    let out = reach(Phase::Descend).step(|s| s.wind_slope = 1.0);
+    assert_eq!(out.waits_for, None);
+}
+
+#[test]
 fn analytic_a_short_excess_is_forgiven() {
     let mut flight = reach(Phase::Descend);
     for _ in 0..10 {

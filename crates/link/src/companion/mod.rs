@@ -373,6 +373,13 @@ impl Companion {
         self.output.and_then(|output| output.state_machine.reason)
     }
 
+    /// What keeps the vehicle from its descent, while it approaches and holds in control.
+    #[must_use]
+    pub fn waits_for(&self) -> Option<Reason> {
+        self.output
+            .and_then(|output| output.state_machine.waits_for)
+    }
+
     /// Height above the deck as the landing computer last estimated it in control, m.
     #[must_use]
     pub fn height_m(&self) -> Option<f64> {

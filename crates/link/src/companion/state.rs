@@ -3,7 +3,7 @@
 //! | topic | schema | content |
 //! | --- | --- | --- |
 //! | `/stage` | `touchdown.Stage` | stage of the companion, and why control ended |
-//! | `/phase` | `touchdown.Phase` | phase of the landing, and why it was interrupted |
+//! | `/phase` | `touchdown.Phase` | phase of the landing, why it was interrupted, and what a hover waits for |
 //! | `/tf` | `foxglove.FrameTransform` | `world` to `deck`, `world` to `vehicle` |
 //! | `/vehicle/pose`, `/deck/pose` | `foxglove.PoseInFrame` | estimated poses |
 //! | `/estimate` | `touchdown.Estimate` | estimated motion relative to the deck, and the controller's target |
@@ -90,6 +90,7 @@ pub struct FlightState {
     ending: Option<Ending>,
     phase: Option<Phase>,
     reason: Option<Reason>,
+    waits_for: Option<Reason>,
     motion: Option<Motion>,
     plan: Option<Plan<f64>>,
     command: Option<SpaceCommand<f64>>,
@@ -150,6 +151,7 @@ impl FlightState {
             ending,
             phase: flown.map(|output| output.state_machine.phase),
             reason: flown.and_then(|output| output.state_machine.reason),
+            waits_for: flown.and_then(|output| output.state_machine.waits_for),
             motion: computed.map(|(output, attitude)| Motion {
                 position_m: output.estimate.position_m,
                 velocity_mps: output.estimate.relative_velocity_mps(),
@@ -198,10 +200,10 @@ impl FlightState {
             }),
         );
         if let Some(phase) = self.phase {
-            let reason = self.reason;
+            let (reason, waits_for) = (self.reason, self.waits_for);
             add(
                 Place::Phase,
-                json!({ "timestamp": timestamp, "phase": phase, "reason": reason }),
+                json!({ "timestamp": timestamp, "phase": phase, "reason": reason, "waits_for": waits_for }),
             );
         }
         if let Some(motion) = &self.motion {
@@ -246,6 +248,7 @@ impl FlightState {
             ending: Some(Ending::Landed),
             phase: Some(Phase::Approach),
             reason: Some(Reason::Operator),
+            waits_for: Some(Reason::Operator),
             motion: Some(Motion {
                 target: Some([0.5; 2]),
                 ..Motion::default()

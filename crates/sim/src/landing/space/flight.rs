@@ -14,6 +14,7 @@ use super::policy::{Observation, Pilot};
 use super::touchdown::TouchdownJudge;
 use super::track::Track;
 use super::trial::{TrialAir, TrialDraw, hover};
+use super::waits::Waits;
 use crate::STEP_S;
 use crate::air::turbulence::RotorTurbulence;
 use crate::air::wind::{GustSettings, Wind};
@@ -73,6 +74,7 @@ pub(super) struct Flight<'a> {
     pub(super) fault_start: Option<u64>,
     pub(super) weakened: bool,
     pub(super) phase: Phase,
+    pub(super) waits: Waits,
     pub(super) stopped: Option<u64>,
     /// When the landing was given up, and why.
     pub(super) gave_up: Option<(u64, Option<Reason>)>,
@@ -136,6 +138,7 @@ impl<'a> Flight<'a> {
             fault_start: (scenario.faults.since == FaultClock::Start).then_some(0),
             weakened: false,
             phase: Phase::Approach,
+            waits: Waits::default(),
             stopped: None,
             gave_up: None,
             log_noise: Stream::new(seed, trial, Purpose::Log),

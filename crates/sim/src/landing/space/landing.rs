@@ -286,6 +286,7 @@ impl SpaceLander {
             });
         landing.outcome = outcome.unwrap_or(at_end);
         landing.last_phase = Some(flight.phase);
+        landing.waits_for = flight.waits.longest(flight.phase);
         landing.touch = flight.descending.and_then(|descending| descending.touch);
         landing.before_descent_s = flight
             .descending

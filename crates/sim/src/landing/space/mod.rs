@@ -47,6 +47,7 @@ mod scenario;
 mod touchdown;
 mod track;
 mod trial;
+mod waits;
 
 pub use crate::sensors::RangeRow;
 pub use airspeed::{Airspeeds, THRUST_SHARE};
@@ -70,3 +71,4 @@ pub use policy::{
     Policy, PolicySettings,
 };
 pub use scenario::{CrashSettings, SpaceScenario};
+pub use waits::Waits;

@@ -134,6 +134,8 @@ pub struct SpaceLanding {
     pub estimated_latency_s: f64,
     /// Phase of the landing computer at the end; none where another computer flies.
     pub last_phase: Option<Phase>,
+    /// What kept the vehicle from a descent for the longest time, if it approaches or holds at the end.
+    pub waits_for: Option<Reason>,
     /// Time of the end, s.
     pub end_s: f64,
     /// Steps of the integration.
@@ -159,6 +161,7 @@ impl SpaceLanding {
             impact: None,
             estimated_latency_s: 0.0,
             last_phase: None,
+            waits_for: None,
             end_s: 0.0,
             steps: 0,
             trace: None,
@@ -263,8 +266,10 @@ pub struct TraceRow {
     pub attitude_asked: Option<[f64; 4]>,
     /// Where the landing is.
     pub phase: Phase,
-    /// Why.
+    /// Why it was interrupted.
     pub reason: Option<Reason>,
+    /// What keeps the vehicle from a descent, while it approaches and holds.
+    pub waits_for: Option<Reason>,
     /// The range finder.
     pub range: SensorRow,
     /// The camera that sees the tag.

@@ -80,6 +80,7 @@ impl Flight<'_> {
     pub(super) fn note(&mut self, step: u64, output: &ComputerOutput<f64>) {
         let phase = output.state_machine.phase;
         self.landing.estimated_latency_s = output.latency_s;
+        self.waits.update(phase, output.state_machine.waits_for);
         if phase != self.phase {
             match (self.phase, phase) {
                 (Phase::Wait, Phase::Descend) => {
@@ -159,6 +160,7 @@ impl Flight<'_> {
                 .map(|command| command.attitude.to_quaternion()),
             phase: output.state_machine.phase,
             reason: output.state_machine.reason,
+            waits_for: output.state_machine.waits_for,
             range: (&output.health.range).into(),
             tag: (&output.health.tag).into(),
             gnss: (&output.health.gnss).into(),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use serde::Serialize;
-use touchdown_lander::state_machine::Phase;
+use touchdown_lander::state_machine::{Phase, Reason};
 use touchdown_link::checklist::{Checklist, Verdict};
 use touchdown_link::companion::{Companion, Ending, Stage};
 use touchdown_link::timing::Quantiles;
@@ -24,6 +24,8 @@ struct State {
     stage: Stage,
     ending: Option<Ending>,
     phase: Option<Phase>,
+    /// What keeps the vehicle from its descent.
+    waits_for: Option<Reason>,
     /// Height above the deck, m.
     height_m: Option<f64>,
     /// Setpoints sent in control.
@@ -97,6 +99,7 @@ impl View {
                 stage: companion.stage(),
                 ending: companion.ending(),
                 phase: companion.phase(),
+                waits_for: companion.waits_for(),
                 height_m: companion.height_m(),
                 setpoints: companion.setpoints(),
                 latency_s: companion.latency_s(),
@@ -136,5 +139,7 @@ fn line(state: &State) -> String {
     let (Some(phase), Some(height_m)) = (state.phase, state.height_m) else {
         return stage;
     };
-    format!("{stage}: {phase:?}, {height_m:.2} m above the deck")
+    let waits = state.waits_for.map(|reason| format!(" ({reason:?})"));
+    let waits = waits.unwrap_or_default();
+    format!("{stage}: {phase:?}{waits}, {height_m:.2} m above the deck")
 }

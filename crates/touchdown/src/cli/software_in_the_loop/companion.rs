@@ -20,6 +20,7 @@ pub(super) struct CompanionState {
     pub(super) stage: Stage,
     pub(super) phase: Option<Phase>,
     pub(super) reason: Option<Reason>,
+    pub(super) waits_for: Option<Reason>,
     pub(super) notes: Vec<String>,
 }
 
@@ -125,6 +126,7 @@ impl SimulatedCompanion {
                 _ => None,
             },
             reason: self.companion.reason(),
+            waits_for: self.companion.waits_for(),
             notes: self.companion.take_notes(),
         })
     }

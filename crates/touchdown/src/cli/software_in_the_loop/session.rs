@@ -14,7 +14,7 @@ use touchdown_link::LinkError;
 use touchdown_link::companion::Stage as CompanionStage;
 use touchdown_link::simulator::Motors;
 use touchdown_link::simulator::pilot::{Pilot, Stage};
-use touchdown_sim::landing::space::{MotorFlight, SpaceOutcome};
+use touchdown_sim::landing::space::{MotorFlight, SpaceOutcome, Waits};
 
 use super::companion::SimulatedCompanion;
 use super::failure::{Attempt, Cause, Failure};
@@ -80,6 +80,7 @@ pub(super) struct Session<'a> {
     landing: bool,
     ended_s: Option<f64>,
     phase: Option<Phase>,
+    waits: Waits,
     /// Time at which the refused items of the checklist are printed, s.
     tells_s: Option<f64>,
     /// Why the landing was interrupted or given up last.
@@ -136,6 +137,7 @@ impl<'a> Session<'a> {
             landing: false,
             ended_s: None,
             phase: None,
+            waits: Waits::default(),
             tells_s: None,
             reason: None,
             truth: TruthTable::default(),
@@ -155,10 +157,14 @@ impl<'a> Session<'a> {
         if self.released_s.is_none() {
             return Err(Failure::at_take_off(&outcome));
         }
+        let speed = self.world.time_s() / start.elapsed().as_secs_f64();
+        let mut landing = self.world.finish(outcome);
+        landing.landing.last_phase = self.phase;
+        landing.landing.waits_for = self.phase.and_then(|phase| self.waits.longest(phase));
         Ok(Flown {
-            speed: self.world.time_s() / start.elapsed().as_secs_f64(),
+            speed,
             missed_answers: self.link.missed_answers(),
-            landing: self.world.finish(outcome),
+            landing,
             truth: self.truth,
             companion: match self.participants.landed_by {
                 LandedBy::Companion(companion) => Some(companion.finish()?),
@@ -360,6 +366,9 @@ impl<'a> Session<'a> {
             self.note(&format!("{now_s:.1} s: companion: {note}"));
         }
         self.reason = state.reason.or(self.reason);
+        if let Some(phase) = state.phase {
+            self.waits.update(phase, state.waits_for);
+        }
         if state.phase != self.phase {
             match state.phase {
                 Some(Phase::Descend) => self.world.begin_descent(),
