@@ -253,7 +253,6 @@ pub(super) const TABLE: &[Entry] = &[
     entry("control.relative.initial.follows_sd_mps", SPEED, AtLeast),
     entry("control.deck.measurement_sd", LENGTH, AtMost),
     entry("control.deck.delay_s", TIME, Electronics),
-    entry("control.deck.shortest_period_s", TIME, AtMost),
     entry("control.deck.longest_period_s", TIME, AtLeast),
     entry("control.deck.offset_sd", LENGTH, AtLeast),
     entry("control.deck.offset_drift", POSITION_WALK, Electronics),

@@ -49,6 +49,12 @@ pub(super) struct Coherence<R> {
     pub(super) drift: [R; 2],
 }
 
+/// `e^-x`, and `1 - e^-2x` without its cancellation.
+fn fading<R: Real>(x: R) -> [R; 2] {
+    let less = (-x).exp_m1();
+    [R::ONE + less, -less * (R::ONE + R::ONE + less)]
+}
+
 /// Index of a harmonic's place c.
 const fn at(k: usize) -> usize {
     FIRST + 3 * k
@@ -204,8 +210,7 @@ impl<R: Real> Harmonics<R> {
     pub(super) fn propagate(&mut self, coherence: &Coherence<R>, dt: R) {
         let n = self.size();
         let loss = coherence.rate * dt;
-        let keep = (-loss).exp();
-        let fading = -(-(loss + loss)).exp_m1();
+        let [keep, fading] = fading(loss);
         let stay = (R::ONE - r::<R>(RETURN) * loss).max(R::ZERO);
         for k in self.each() {
             let i = at(k);
@@ -393,8 +398,7 @@ impl<R: Real> Ahead<R> {
     fn new(harmonics: &Harmonics<R>, coherence: &Coherence<R>, time: R) -> Self {
         let rate = coherence.rate;
         let loss = rate * time;
-        let keep = (-loss).exp();
-        let fading = -(-(loss + loss)).exp_m1();
+        let [keep, fading] = fading(loss);
         let third = r::<R>(1.0 / 3.0);
         // Variance of the phase due to the random walk of the frequency.
         let wander = r::<R>(2.0 * RETURN * WIDTH * WIDTH) * rate * time * time * time * third;
@@ -456,16 +460,18 @@ impl<R: Real> Ahead<R> {
         let (Some(gradient), Some(variance)) = (self.gradient.get(of), self.added.get(of)) else {
             return R::ZERO;
         };
-        let mut variance = *variance;
         let [_, _, rows @ ..] = &harmonics.p;
-        for (row, own) in rows.iter().zip(gradient).take(n) {
+        // gᵀ P g of a symmetric P: what is below its diagonal counts twice, and half of the diagonal with it.
+        let mut half = R::ZERO;
+        for (i, (row, own)) in rows.iter().zip(gradient).take(n).enumerate() {
             let [_, _, row @ ..] = row;
-            let mut sum = R::ZERO;
-            for (p, gradient) in row.iter().zip(gradient).take(n) {
-                sum += *p * *gradient;
+            let (mut sum, mut last) = (R::ZERO, R::ZERO);
+            for (p, gradient) in row.iter().zip(gradient).take(i + 1) {
+                last = *p * *gradient;
+                sum += last;
             }
-            variance += *own * sum;
+            half += *own * (sum - r::<R>(0.5) * last);
         }
-        variance.max(R::ZERO).sqrt()
+        (*variance + half + half).max(R::ZERO).sqrt()
     }
 }

@@ -20,9 +20,15 @@ const STARTING_POWER: f64 = 30.0;
 /// are near an optimum: the error rises from 0.02 to 0.04 or more with the first value
 /// halved or doubled, and from 0.26 to 0.45 or more with the second.
 const STARTING_PERIODS: [f64; 2] = [1.0, 2.0];
+/// A motion is weak whose largest peak explains less than this, in variances of its noise. The noise at the frequency of that peak then
+/// counts, in place of the mean over all frequencies: decks of 5 to 10 mm at 1 to 2 Hz start only so. In a stronger motion,
+/// two tones become three (0.01 to 0.05).
+const WEAK_POWER: f64 = 100.0;
+/// Observed periods of that peak before: a slow motion passes for a fast tone at first.
+const WEAK_PERIODS: f64 = 3.0;
 /// Relative standard deviation of the frequency of a new harmonic, of the order of the
-/// grid's spacing of 10 %. Halved or doubled: errors change by at most 0.05.
-const STARTING_WIDTH: f64 = 0.12;
+/// grid's spacing of 13 %. At 0.1: errors of two tones over 2 s change from 0.29 to 0.31.
+const STARTING_WIDTH: f64 = 0.15;
 /// Variance of the place of a new harmonic, over its power. Halved or doubled: errors
 /// change by at most 0.03.
 const STARTING_SPREAD: f64 = 0.2;
@@ -57,7 +63,7 @@ impl<R: Real> DeckEstimator<R> {
     /// Starts harmonics where peaks stand out and drops those that have vanished.
     #[inline(never)]
     pub(super) fn revise(&self, state: &mut DeckEstimatorState<R>) {
-        let peaks = state.spectrum.peaks();
+        let peaks = state.spectrum.peaks(self.observed);
         let significant = self.significant_peaks(&peaks);
         let harmonics = &state.harmonics;
         let settled = |w: R| state.since_start_s * w > r(SETTLING * core::f64::consts::TAU);
@@ -89,6 +95,10 @@ impl<R: Real> DeckEstimator<R> {
     /// Number of leading peaks that exceed the noise.
     fn significant_peaks(&self, peaks: &[Option<Peak<R>>; MOST]) -> usize {
         let noise = self.measurement_sd * self.measurement_sd;
+        let weak = peaks[0].filter(|first| {
+            first.periods >= r(WEAK_PERIODS) && first.explained < noise * r(WEAK_POWER)
+        });
+        let noise = weak.map_or(noise, |first| noise * first.noise);
         // Separating peaks takes periods of the slowest one.
         let mut periods = r::<R>(f64::INFINITY);
         let most = usize::from(self.harmonics);

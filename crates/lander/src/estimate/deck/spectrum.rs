@@ -18,11 +18,11 @@ use super::Observed;
 use super::harmonics::MOST;
 use touchdown_flight::real::{Real, r};
 
-/// Frequencies of the grid. Over periods of 0.8 to 16 s neighbours are 10 % apart, less
-/// than the line width that 2.5 periods resolve.
+/// Frequencies of the grid. Over periods of 0.4 to 16 s neighbours are 13 % apart, about
+/// the line width that 2.5 periods resolve.
 const BINS: usize = 32;
 /// Steps between two updates of a frequency. More steps cost less computing time, but
-/// at 100 Hz eight steps are already a tenth of the shortest period.
+/// at 100 Hz eight steps are already a fifth of the shortest period.
 const GROUPS: usize = 8;
 /// Frequencies that each step updates.
 const GROUP_SIZE: usize = BINS / GROUPS;
@@ -42,6 +42,9 @@ const LEAST_WEIGHT: f64 = 6.0;
 const LEAST_DETERMINANT: f64 = 1e-3;
 /// Gain of the running mean of the velocity's noise: 50 updates, half a second at 100 Hz.
 const NOISE_GAIN: f64 = 0.02;
+/// Least variance of the velocity's noise at a frequency, over the mean of all: that of 0.6 Hz at 100 Hz. Slower than that the
+/// error of an inertial altitude exceeds the noise of the readings.
+const LEAST_NOISE: f64 = 0.05;
 /// Least variance of the motion before the first harmonic, over that of the noise. A
 /// smaller motion is not detectable.
 const LEAST_SIGNAL: f64 = 0.1;
@@ -98,6 +101,17 @@ impl<R: Real> PendingReadings<R> {
         }
     }
 
+    /// Variance of the velocity's noise at a frequency over its mean. Differences of readings over the time Δ have
+    /// `1 - cos ωΔ = 2 sin² ωΔ/2`: little at low frequencies.
+    fn noise_at(&self, observed: Observed, w: R) -> R {
+        let [.., interval] = self.before;
+        let sine = (r::<R>(0.5) * w * interval).sin();
+        match observed {
+            Observed::Velocity => R::ONE,
+            Observed::Displacement => (r::<R>(2.0) * sine * sine).max(r(LEAST_NOISE)),
+        }
+    }
+
     /// Begins the next interval.
     fn begin_next(&mut self) {
         *self = Self {
@@ -132,6 +146,8 @@ pub(super) struct Peak<R> {
     pub(super) share: R,
     /// Explained sum of squares over the variance of a reading.
     pub(super) explained: R,
+    /// Variance of the velocity's noise at its frequency, over the mean of all frequencies.
+    pub(super) noise: R,
     /// Number of observed periods.
     pub(super) periods: R,
 }
@@ -156,23 +172,30 @@ fn largest<R: Real>(shares: &[R; BINS]) -> usize {
 impl<R: Real> Bin<R> {
     /// Fades and rotates the sums over a time, then adds a velocity and its age.
     fn update(&mut self, w: R, time: R, velocity: Option<[R; 3]>) {
-        let memory = r::<R>(MEMORY * core::f64::consts::TAU) / w;
-        let keep = (-time / memory).exp();
+        // e^-x to 1e-4 in an interval; what is left after a gap of several memories is more, but little.
+        let x = w * time * r(1.0 / (MEMORY * core::f64::consts::TAU));
+        let keep = R::ONE / (R::ONE + x * (R::ONE + r::<R>(0.5) * x));
         let half = w * time * r(0.5);
         let (sine, cosine) = half.sin_cos();
         let middle = [cosine, -sine];
         let turn = times(middle, middle);
+        let twice = times(turn, turn);
         let scaled = |z: [R; 2]| [z[0] * keep, z[1] * keep];
         self.one *= keep;
         self.y *= keep;
         self.yy *= keep;
         self.e = scaled(times(self.e, turn));
-        self.ee = scaled(times(self.ee, times(turn, turn)));
+        self.ee = scaled(times(self.ee, twice));
         self.ye = scaled(times(self.ye, turn));
         if let Some([y, age, _]) = velocity {
-            let (sine, cosine) = (w * age).sin_cos();
-            let e = [cosine, -sine];
-            let ee = times(e, e);
+            // Displacements at even times: the velocity is as old as the last update.
+            let (e, ee) = if age == time {
+                (turn, twice)
+            } else {
+                let (sine, cosine) = (w * age).sin_cos();
+                let e = [cosine, -sine];
+                (e, times(e, e))
+            };
             self.one += R::ONE;
             self.y += y;
             self.yy += y * y;
@@ -220,6 +243,7 @@ impl<R: Real> Bin<R> {
             s: -b,
             share,
             explained,
+            noise: R::ONE,
             periods: R::ZERO,
         })
     }
@@ -289,7 +313,7 @@ impl<R: Real> Spectrum<R> {
 
     /// Peaks, the largest first. Each peak's line shape, with a margin, is subtracted
     /// from the shares before the next peak is chosen.
-    pub(super) fn peaks(&self) -> [Option<Peak<R>>; MOST] {
+    pub(super) fn peaks(&self, observed: Observed) -> [Option<Peak<R>>; MOST] {
         let mut peaks = [None; MOST];
         let mut shares = self.shares();
         // A maximum at the edge of the band belongs to a frequency outside.
@@ -297,7 +321,7 @@ impl<R: Real> Spectrum<R> {
         shares[BINS - 1] = R::ZERO;
         for place in &mut peaks {
             let best = largest(&shares);
-            let Some(peak) = self.peak(best, shares[best % BINS]) else {
+            let Some(peak) = self.peak(observed, best, shares[best % BINS]) else {
                 break;
             };
             *place = Some(peak);
@@ -316,7 +340,7 @@ impl<R: Real> Spectrum<R> {
 
     /// The fit at a grid frequency. A parabola through the neighbours refines the
     /// frequency.
-    fn peak(&self, best: usize, share: R) -> Option<Peak<R>> {
+    fn peak(&self, observed: Observed, best: usize, share: R) -> Option<Peak<R>> {
         // A frequency at an edge has no share.
         let bins = self.bins.get(best.checked_sub(1)?..)?;
         let [below, bin, above, ..] = bins else {
@@ -336,7 +360,8 @@ impl<R: Real> Spectrum<R> {
             w *= R::ONE + shift * (ratio - R::ONE);
         }
         // Rotation since this frequency's last update.
-        let angle = w * self.pending[best / GROUP_SIZE % GROUPS].time;
+        let pending = &self.pending[best / GROUP_SIZE % GROUPS];
+        let angle = w * pending.time;
         let (sine, cosine) = angle.sin_cos();
         let [c, s] = times([fit.c, fit.s], [cosine, sine]);
         // Without the part that is the line shape of larger peaks.
@@ -348,6 +373,7 @@ impl<R: Real> Spectrum<R> {
             s: s * amplitude,
             periods: self.time * w * r(1.0 / core::f64::consts::TAU),
             explained: fit.explained * own / self.noise,
+            noise: pending.noise_at(observed, w),
             share,
         })
     }
