@@ -308,7 +308,7 @@ enum td_reason
   TD_REASON_CLOSING_SPEED = 9,
   // The demand exceeds what the rotors give.
   TD_REASON_SATURATED = 10,
-  // The deck moves or tilts too much.
+  // The deck moves or tilts too much, or its motion is not known.
   TD_REASON_DECK = 11,
   // The wind pushes harder than friction holds on the deck.
   TD_REASON_WIND = 12,

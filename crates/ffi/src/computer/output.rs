@@ -53,7 +53,7 @@ pub enum td_reason {
     ClosingSpeed = 9,
     /// The demand exceeds what the rotors give.
     Saturated = 10,
-    /// The deck moves or tilts too much.
+    /// The deck moves or tilts too much, or its motion is not known.
     Deck = 11,
     /// The wind pushes harder than friction holds on the deck.
     Wind = 12,

@@ -99,11 +99,9 @@ impl<R: Real> MachineInput<R> {
         self.wind_slope.abs() <= r(WINDY_SLOPE)
     }
 
-    /// Whether all numbers but the ages are finite.
+    /// Whether all numbers but the ages and those of the deck are finite.
     fn is_finite(&self) -> bool {
         let others = [
-            self.deck_tilt_rad,
-            self.deck_speed_mps,
             self.hold_extra_m,
             self.wind_slope,
             self.battery_share,
@@ -146,8 +144,10 @@ impl<R: Real> StateMachine<R> {
         let over_pad = seen.lateral_error_m.abs() <= wider * self.hold_lateral_m;
         let steady = seen.relative_velocity_mps.abs() <= hold_speed_mps
             && seen.lateral_speed_mps <= hold_speed_mps;
+        let unknown_deck = !(seen.deck_tilt_rad.is_finite() && seen.deck_speed_mps.is_finite());
         let unready = stale.or(beyond).or(first(&[
             (!seen.is_finite(), Reason::NotFinite),
+            (unknown_deck, Reason::Deck),
             (!at_hold_height, Reason::Height),
             (!over_pad, Reason::LateralError),
             (!steady, Reason::Unsteady),

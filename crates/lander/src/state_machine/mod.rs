@@ -204,7 +204,7 @@ pub enum Reason {
     ClosingSpeed,
     /// The demand exceeds what the rotors give.
     Saturated,
-    /// The deck moves or tilts too much.
+    /// The deck moves or tilts too much, or its motion is not known.
     Deck,
     /// The wind pushes harder than friction holds on the deck.
     Wind,

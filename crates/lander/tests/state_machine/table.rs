@@ -237,12 +237,13 @@ fn analytic_a_hover_that_swings_is_not_ready() {
 fn analytic_a_hover_says_what_it_waits_for() {
     let mut flight = reach(Phase::Hold);
     // Of two conditions the first of the list is named.
-    let cases: [(fn(&mut MachineInput<f64>), Option<Reason>); 4] = [
+    let cases: [(fn(&mut MachineInput<f64>), Option<Reason>); 5] = [
         (|s| s.wind_slope = 1.0, Some(Reason::Wind)),
         (
             |s| (s.wind_slope, s.tag_age_s) = (1.0, 0.31),
             Some(Reason::TagLost),
         ),
+        (|s| s.deck_speed_mps = f64::INFINITY, Some(Reason::Deck)),
         (|s| s.lateral_error_m = 0.5, Some(Reason::LateralError)),
         (|_| (), None),
     ];
