@@ -64,6 +64,24 @@ fn analytic_without_a_tag_a_descent_at_the_deck_gets_ahead_of_its_plan() {
 }
 
 #[test]
+fn analytic_a_descent_onto_a_deck_under_way_ends_faster() {
+    // 0.01 of the deck's speed, at most 0.05 m/s; in waves that add more, what they add: 0.15 of 0.5 m/s.
+    for (course_mps, rough_mps, sink_mps) in [
+        (0.0, 0.0, 0.0),
+        (2.0, 0.0, 0.02),
+        (10.0, 0.0, 0.05),
+        (2.0, 1.2, 0.075),
+    ] {
+        let sea = Sea::<f64> {
+            course_mps,
+            rough_mps,
+            ..Sea::default()
+        };
+        assert!((sea.sink_mps() - sink_mps).abs() < ROUNDING, "{course_mps}");
+    }
+}
+
+#[test]
 fn analytic_who_climbs_away_from_a_deck_that_rises_gains_on_it() {
     let (computer, state) = in_a_sea(1.0);
     let away = |deck_mps: f64, height_m: f64| {
