@@ -7,7 +7,7 @@
 //! | time constant with which a descent counts rising lift | 0.8 s²/m · v, at most 0.4 s; 0.4 s where the feet may touch; 0 in wind |
 //! | acceleration of the deck that is fed forward | times `1/(1 + i (Δ/σ)²)`: Δ is the forecast's velocity now less that which the relative estimator measures, `σ² = (0.06 m/s)² + (0.15 v)²`, i is κ/0.1 s, at most 1, with κ of the [deck estimator](crate::estimate::deck) |
 //!
-//! Above a deck under way the descent ends faster by 0.01 of its speed, at most by 0.05 m/s.
+//! Above a deck under way the descent ends faster by 0.01 of its speed, at most by 5/12 of the greatest speed of a touchdown, 0.05 m/s.
 //!
 //! In a rough sea, with s the speed beyond 0.7 m/s:
 //!
@@ -63,8 +63,8 @@ const SWAY_PER_S: f64 = 1.0;
 const SWAY_MPS2: f64 = 1.5;
 
 /// Rate of turn of a deck under way, rad/s: times its speed it is the standard deviation of its acceleration, where that of the settings is
-/// smaller; and at most, m/s². Of 600 landings without a broadcast on a deck that turns by 0.17 rad/s at 10 m/s (`turns.toml`, seeds 9401 and 9402) 585
-/// of the 1.37 kg vehicle and 589 of 4 kg succeed, with half of the rate 571 and 466, with twice 454 and 405, both without the limit. The same deviation at any speed
+/// smaller; and at most, m/s². With a deck estimator that looked for periods of 0.8 s and more, of 600 landings without a broadcast on a deck
+/// that turns by 0.17 rad/s at 10 m/s (`turns.toml`, seeds 9401 and 9402) 585 of the 1.37 kg vehicle and 589 of 4 kg succeed, with half of the rate 571 and 466, with twice 454 and 405, both without the limit. The same deviation at any speed
 /// costs landings with an unknown latency on a deck at rest: an acceleration that follows fast swings the hover. Of 800 landings of 4 kg on a car
 /// at 15 m/s 794 succeed (seeds 9006 to 9009), without the limit 773.
 const TURN_RADPS: f64 = 0.4;
@@ -79,12 +79,12 @@ const HASTE: f64 = 0.7;
 const SINK_SHARE: f64 = 0.15;
 const SINK_MPS: f64 = 0.15;
 
-/// Increase of the sink rate at the touch per speed of a deck under way; and at most, m/s. It may begin to turn in the second in which
-/// no tag is in view. Of 1800 landings of the 1.37 kg vehicle on a deck that turns at 2, 5 and 10 m/s (`turns.toml`, seeds 9101, 41 and
+/// Increase of the sink rate at the touch per speed of a deck under way; and at most, over the greatest speed of a touchdown, 0.12 m/s.
+/// The deck may begin to turn in the second in which no tag is in view. Of 1800 landings of the 1.37 kg vehicle on a deck that turns at 2, 5 and 10 m/s (`turns.toml`, seeds 9101, 41 and
 /// 42) 50 touch at over 0.3 m/s across the deck without it, 10 with it, and 2 and 1 along its normal; at 2 and 5 m/s 6 and 1 of
 /// 1200 crash. With twice the greatest value 4 touch at over 0.3 m/s across, and 31 along the normal.
 const COURSE_SINK_SHARE: f64 = 0.01;
-const COURSE_SINK_MPS: f64 = 0.05;
+const COURSE_SINK_OF_TOUCHDOWN: f64 = 5.0 / 12.0;
 
 /// Speed to the sides that counts as none, m/s: twice the error of the estimate. A ship that heaves by less than 0.7 m/s sways by up
 /// to 0.6 m/s.
@@ -182,11 +182,12 @@ impl<R: Real> Sea<R> {
     }
 
     /// How much faster a descent ends than over a calm sea, m/s: close to the deck no tag is in view, and the deck moves
-    /// to the sides meanwhile.
-    pub(super) fn sink_mps(&self) -> R {
+    /// to the sides meanwhile. A vehicle touches down at up to `touchdown_mps`.
+    fn sink_mps(&self, touchdown_mps: R) -> R {
         let swayed_mps = self.swayed_mps - r(STEADY_MPS);
         let in_waves = (self.beyond_mps().max(swayed_mps) * r(SINK_SHARE)).min(r(SINK_MPS));
-        let under_way = (self.course_mps * r(COURSE_SINK_SHARE)).min(r(COURSE_SINK_MPS));
+        let most_mps = touchdown_mps * r(COURSE_SINK_OF_TOUCHDOWN);
+        let under_way = (self.course_mps * r(COURSE_SINK_SHARE)).min(most_mps);
         in_waves.max(under_way)
     }
 
@@ -410,6 +411,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
+    /// How much faster a descent ends because of the deck's motion, m/s.
+    pub(super) fn moving_sink_mps(&self, state: &ComputerState<R, G::State>) -> R {
+        state.sea.sink_mps(self.state_machine.touchdown_speed_mps)
+    }
+
     /// Brings a vehicle at the deck down faster while no tag is in view.
     pub(super) fn press_on(
         &self,
@@ -419,7 +425,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) {
         let unseen = || self.relative.health(&state.relative).tag.age_s > r(UNSEEN_S);
-        let faster_mps = state.sea.sink_mps();
+        let faster_mps = self.moving_sink_mps(state);
         let sea = &mut state.sea;
         if !committed {
             sea.pressed_m = R::ZERO;

@@ -434,7 +434,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 );
                 let plan = verdict.plan();
                 let faster_mps = self.windy_sink_mps(state, planner.descent.sink_rate_max_mps)
-                    + state.sea.sink_mps();
+                    + self.moving_sink_mps(state);
                 let reference = plan.map(|plan| {
                     let sink_rate_mps = plan.reference.sink_rate_mps + faster_mps;
                     raised(Reference::Terminal(Terminal {
