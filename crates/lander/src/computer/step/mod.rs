@@ -433,8 +433,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                     waited_s,
                 );
                 let plan = verdict.plan();
-                let faster_mps = self.windy_sink_mps(state, planner.descent.sink_rate_max_mps)
-                    + self.moving_sink_mps(state);
+                let windy_mps = self.windy_sink_mps(state, planner.descent.sink_rate_max_mps);
+                let faster_mps = windy_mps + self.moving_sink_mps(state, windy_mps);
                 let reference = plan.map(|plan| {
                     let sink_rate_mps = plan.reference.sink_rate_mps + faster_mps;
                     raised(Reference::Terminal(Terminal {
