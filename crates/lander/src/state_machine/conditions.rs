@@ -99,6 +99,11 @@ impl<R: Real> MachineInput<R> {
         self.wind_slope.abs() <= r(WINDY_SLOPE)
     }
 
+    /// Whether the deck's motion is known.
+    fn knows_deck(&self) -> bool {
+        self.deck_tilt_rad.is_finite() && self.deck_speed_mps.is_finite()
+    }
+
     /// Whether all numbers but the ages and those of the deck are finite.
     fn is_finite(&self) -> bool {
         let others = [
@@ -118,7 +123,6 @@ impl<R: Real> StateMachine<R> {
         let blind = self.blind(seen);
         let tag_lost = !up_to(seen.tag_age_s, self.tag_age_s);
         let stale = blind.or(tag_lost.then_some(Reason::TagLost));
-
         let height_m = seen.height_m;
         let within = |value: R, funnel: Funnel<R>| value <= funnel.at(height_m);
         let closing_mps = -seen.relative_velocity_mps;
@@ -144,10 +148,9 @@ impl<R: Real> StateMachine<R> {
         let over_pad = seen.lateral_error_m.abs() <= wider * self.hold_lateral_m;
         let steady = seen.relative_velocity_mps.abs() <= hold_speed_mps
             && seen.lateral_speed_mps <= hold_speed_mps;
-        let unknown_deck = !(seen.deck_tilt_rad.is_finite() && seen.deck_speed_mps.is_finite());
         let unready = stale.or(beyond).or(first(&[
             (!seen.is_finite(), Reason::NotFinite),
-            (unknown_deck, Reason::Deck),
+            (!seen.knows_deck(), Reason::Deck),
             (!at_hold_height, Reason::Height),
             (!over_pad, Reason::LateralError),
             (!steady, Reason::Unsteady),
