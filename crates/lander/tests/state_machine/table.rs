@@ -235,9 +235,10 @@ fn analytic_a_hover_that_swings_is_not_ready() {
 
 #[test]
 fn analytic_a_hover_says_what_it_waits_for() {
+    type Change = fn(&mut MachineInput<f64>);
     let mut flight = reach(Phase::Hold);
     // Of two conditions the first of the list is named.
-    let cases: [(fn(&mut MachineInput<f64>), Option<Reason>); 5] = [
+    let cases: [(Change, Option<Reason>); 5] = [
         (|s| s.wind_slope = 1.0, Some(Reason::Wind)),
         (
             |s| (s.wind_slope, s.tag_age_s) = (1.0, 0.31),
