@@ -12,7 +12,7 @@ use touchdown_flight::space::{Attitude, Vector};
 /// Factor on the horizontal uncertainty that is allowed below the commit height of a deck under way, and in a rough sea: a second without
 /// tag while the deck may accelerate by 3 m/s². Halved, 171 of 600 vehicles without a broadcast do not land on a deck that turns at 10 m/s, in place of
 /// 15 (1.37 kg, `turns.toml`, seeds 9401 and 9402): they climb away from a deck on which they stand. Doubled, 14. Both
-/// without the sea's `TURN_MPS2`.
+/// without the sea's `TURN_MPS2`, and all with a deck estimator for periods from 0.8 s on.
 const COMMITTED: f64 = 12.0;
 
 /// Factor on the uncertainty of the horizontal velocity in the approach to a deck that may sway: that of a tag seen from 3 m,

@@ -43,7 +43,7 @@ const UNKNOWN_M: f64 = 5.0;
 const RATE: f64 = 0.7;
 /// Factor on acceleration and climb rate while a deck under way is out of sight: one that turns at 10 m/s is 4 m away after 2 s. Of 600 landings
 /// on it without a broadcast (`turns.toml`, seeds 9401 and 9402, 1.37 kg) 585 succeed, without it 527, with 1.5 and 6 557 and 563; these without the
-/// sea's `TURN_MPS2`.
+/// sea's `TURN_MPS2`. All with a deck estimator for periods from 0.8 s on.
 const HASTE: f64 = 3.0;
 
 /// Settings of the flight to a deck that is not below.

@@ -63,7 +63,8 @@ fn follows_sd_mps<R: Real>() -> R {
 impl<R: Real> Default for CoursePrior<R> {
     /// 8 m/s: cars at 15 m/s are within two standard deviations. 1.5 m/s²: what slow decks have; of a fast one more is expected. 4 s: of a
     /// turn or a change of speed. Of 600 landings of the 1.37 kg vehicle and 600 of 4 kg without a broadcast in turns at 10 m/s (`turns.toml`, seeds
-    /// 9401 and 9402) 585 and 589 succeed, with half of the time 572 and 560, with twice 576 and 586 (these without the limit of 4 m/s²). 3 m/s: a vehicle that waits beside the
+    /// 9401 and 9402) 585 and 589 succeed, with half of the time 572 and 560, with twice 576 and 586 (these without the limit of 4 m/s², and all with a deck estimator
+    /// for periods from 0.8 s on). 3 m/s: a vehicle that waits beside the
     /// course of a slow ship is within one standard deviation. Other effects of halving and doubling were not measured.
     fn default() -> Self {
         Self {

@@ -64,10 +64,11 @@ const SWAY_PER_S: f64 = 1.0;
 const SWAY_MPS2: f64 = 1.5;
 
 /// Rate of turn of a deck under way, rad/s: times its speed it is the standard deviation of its acceleration, where that of the settings is
-/// smaller; and at most, m/s². With a deck estimator that looked for periods of 0.8 s and more, of 600 landings without a broadcast on a deck
-/// that turns by 0.17 rad/s at 10 m/s (`turns.toml`, seeds 9401 and 9402) 585 of the 1.37 kg vehicle and 589 of 4 kg succeed, with half of the rate 571 and 466, with twice 454 and 405, both without the limit. The same deviation at any speed
-/// costs landings with an unknown latency on a deck at rest: an acceleration that follows fast swings the hover. Of 800 landings of 4 kg on a car
-/// at 15 m/s 794 succeed (seeds 9006 to 9009), without the limit 773.
+/// smaller; and at most, m/s². Of 600 landings without a broadcast on a deck that turns by 0.17 rad/s at 10 m/s (`turns.toml`, seeds 9401
+/// and 9402) 585 of the 1.37 kg vehicle and 589 of 4 kg succeed, with half of the rate 571 and 466, with twice 454 and 405, both
+/// without the limit. The same deviation at any speed costs landings with an unknown latency on a deck at rest: an acceleration that follows
+/// fast swings the hover. Of 800 landings of 4 kg on a car at 15 m/s 794 succeed (seeds 9006 to 9009), without the limit 773. All with a
+/// deck estimator for periods from 0.8 s on.
 const TURN_RADPS: f64 = 0.4;
 const TURN_MPS2: f64 = 4.0;
 

@@ -172,7 +172,7 @@ fn largest<R: Real>(shares: &[R; BINS]) -> usize {
 impl<R: Real> Bin<R> {
     /// Fades and rotates the sums over a time, then adds a velocity and its age.
     fn update(&mut self, w: R, time: R, velocity: Option<[R; 3]>) {
-        // e^-x to 1e-4 in an interval; what is left after a gap of several memories is more, but little.
+        // e^-x, to 1e-4 over one interval. After a gap of five memories 0.05 of the sums is left, in place of 0.007.
         let x = w * time * r(1.0 / (MEMORY * core::f64::consts::TAU));
         let keep = R::ONE / (R::ONE + x * (R::ONE + r::<R>(0.5) * x));
         let half = w * time * r(0.5);
