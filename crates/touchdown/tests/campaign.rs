@@ -371,17 +371,21 @@ fn prop_the_printed_sweep_is_flown() {
     assert!(out.join("figures/success.svg").exists());
 }
 
-#[test]
-fn regress_landings_that_time_out_are_told_with_their_phase() {
+/// What the command says of a sweep.
+fn told(text: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let text = "trials = 2\n\n[grid]\ntimeout_s = [8.0, 80.0]\n";
     let sweep = sweep(folder.path(), text);
     let run = touchdown(&[], &sweep, &folder.path().join("out"))
         .stdout(Stdio::piped())
         .output()
         .unwrap();
     assert!(run.status.success());
-    let said = common::text(&run.stdout);
+    common::text(&run.stdout).to_string()
+}
+
+#[test]
+fn regress_landings_that_time_out_are_told_with_their_phase() {
+    let said = told("trials = 2\n\n[grid]\ntimeout_s = [8.0, 80.0]\n");
     // A landing from the default start is near the deck after 8 s.
     let line = "none of 2 landings at timeout_s 8.0 landed: 2 timed out in phase commit";
     assert!(said.contains(line), "{said}");
@@ -391,18 +395,10 @@ fn regress_landings_that_time_out_are_told_with_their_phase() {
 
 #[test]
 fn regress_a_hover_whose_time_is_up_is_told_with_what_it_waits_for() {
-    let folder = tempfile::tempdir().unwrap();
     // No descent begins beyond 14.7 m/s.
-    let text = "trials = 2\n\n[scenario]\ntimeout_s = 15.0\n\n[grid]\n\"wind.steady_mps\" = [[16.0, 0.0, 0.0]]\n";
-    let sweep = sweep(folder.path(), text);
-    let run = touchdown(&[], &sweep, &folder.path().join("out"))
-        .stdout(Stdio::piped())
-        .output()
-        .unwrap();
-    assert!(run.status.success());
-    let said = common::text(&run.stdout);
-    assert!(
-        said.contains(": 2 timed out in phase hold (wind)"),
-        "{said}"
+    let said = told(
+        "trials = 2\n\n[scenario]\ntimeout_s = 15.0\n\n[grid]\n\"wind.steady_mps\" = [[16.0, 0.0, 0.0]]\n",
     );
+    let line = ": 2 timed out in phase hold (wind)";
+    assert!(said.contains(line), "{said}");
 }
