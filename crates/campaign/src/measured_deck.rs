@@ -7,7 +7,7 @@ use touchdown_sim::SimError;
 use touchdown_sim::deck::character::SeriesCharacter;
 use touchdown_sim::deck::faults::{SeriesFault, listed};
 use touchdown_sim::deck::noise::SeriesNoise;
-use touchdown_sim::deck::rigid::RigidDeck;
+use touchdown_sim::deck::rigid::{Axis, RigidDeck};
 use touchdown_sim::deck::series::{MotionSeries, SeriesFormat};
 use touchdown_sim::deck::slow::LONGEST_PERIOD_S;
 use touchdown_sim::deck::spline::MotionSpline;
@@ -34,6 +34,7 @@ pub struct SeriesSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub greatest_acceleration_mps2: Option<f64>,
     /// What its columns mean.
+    #[serde(default)]
     pub format: SeriesFormat,
 }
 
@@ -136,7 +137,15 @@ impl MeasuredDeck {
             unsmoothed: &unsmoothed,
             waves: &waves,
         };
-        let warnings = found.warnings(&at);
+        let mut warnings = found.warnings(&at);
+        let channels = &settings.format.channels;
+        if measured.significant_height_m() == 0.0 && channels.iter().any(|c| c.axis == Axis::Heave)
+        {
+            warnings.push(format!(
+                "{}: the heave is the same in all rows, so the deck does not heave. Is it the right column?",
+                at.display()
+            ));
+        }
         let motion = match settings.significant_height_m {
             Some(height) => waves.clone().scaled_to(height).map_err(unfit)?,
             None => waves.clone(),

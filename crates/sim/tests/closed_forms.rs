@@ -79,6 +79,28 @@ fn analytic_limits_of_a_series_have_defaults() {
         (format.greatest_excursion_m, format.greatest_angle_rad),
         (15.0, 0.8)
     );
+    let all: SeriesFormat = toml::from_str("").expect("no key");
+    let table = "z_m,time_s\n0.5,10.0\n1.5,11.0\n0.5,12.0\n1.5,13.0\n";
+    let series = MotionSeries::read_csv(table.as_bytes(), &all).expect("the names of the defaults");
+    // Half a metre about the mean, four standard deviations.
+    assert_eq!(
+        (series.duration_s(), series.significant_height_m()),
+        (3.0, 2.0)
+    );
+}
+
+#[test]
+fn analytic_equal_values_are_no_motion_to_scale() {
+    // The sum of a hundred times 0.3, over a hundred, is another number.
+    let rows: String = (0..100).map(|k| format!("{k},0.3\n")).collect();
+    let table = format!("time_s,z_m\n{rows}");
+    let series = MotionSeries::read_csv(table.as_bytes(), &SeriesFormat::default()).unwrap();
+    assert_eq!(series.deck().coordinates(1.5).value, [0.0; 5]);
+    let refused = series.scaled_to(0.5).expect_err("nothing to scale");
+    assert!(
+        refused.to_string().contains("significant height"),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -89,3 +89,16 @@ fn prop_rows_far_apart_and_noise_above_the_waves_are_told() {
         "{told}"
     );
 }
+
+#[test]
+fn prop_a_deck_that_was_recorded_at_rest_has_neither_noise_nor_waves_to_lose() {
+    // The mean of equal heights is rounded, and what it leaves of them must count as nothing.
+    for height_m in [0.1, 0.3, 0.7, 1.1] {
+        let [told] = &warnings_of(10.0, 0.0, "", |_| height_m)[..] else {
+            panic!("expected one warning at {height_m} m");
+        };
+        assert!(told.contains("does not heave"), "{told}");
+    }
+    let told = warnings_of(10.0, 0.0, "", |t| 0.3 + 0.1 * (TAU * t / 4.0).sin());
+    assert_eq!(told, [""; 0]);
+}

@@ -33,7 +33,7 @@ pub struct Channel {
 
 /// Meaning of a table's columns, and limits of its values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct SeriesFormat {
     /// Columns whose sum is the time in s (for example hours, minutes, seconds).
     pub time: Vec<Column>,
@@ -42,19 +42,29 @@ pub struct SeriesFormat {
     /// Longest time between two rows, s; a longer one is a gap and an error.
     pub longest_step_s: f64,
     /// Greatest excursion of surge, sway and heave from their means, m.
-    #[serde(default = "greatest_excursion_m")]
     pub greatest_excursion_m: f64,
     /// Greatest roll and pitch from their means, rad.
-    #[serde(default = "greatest_angle_rad")]
     pub greatest_angle_rad: f64,
 }
 
-fn greatest_excursion_m() -> f64 {
-    15.0
-}
-
-fn greatest_angle_rad() -> f64 {
-    0.8
+impl Default for SeriesFormat {
+    /// A heave `z_m` over `time_s`, rows at most 1 s apart; excursions within 15 m and 0.8 rad.
+    fn default() -> Self {
+        Self {
+            time: vec![Column {
+                column: "time_s".to_owned(),
+                factor: 1.0,
+            }],
+            channels: vec![Channel {
+                axis: Axis::Heave,
+                column: "z_m".to_owned(),
+                factor: 1.0,
+            }],
+            longest_step_s: 1.0,
+            greatest_excursion_m: 15.0,
+            greatest_angle_rad: 0.8,
+        }
+    }
 }
 
 /// A measured motion, means removed; times start at 0.
@@ -182,7 +192,13 @@ impl MotionSeries {
         let start = times_s[0];
         times_s.iter_mut().for_each(|t| *t -= start);
         for axis in 0..5 {
-            let mean = values.iter().map(|v| v[axis]).sum::<f64>() / rows as f64;
+            let first = values[0][axis];
+            // The rounded mean of equal values may differ from them, and scaling would make a motion of the difference.
+            let mean = if values.iter().all(|v| v[axis] == first) {
+                first
+            } else {
+                values.iter().map(|v| v[axis]).sum::<f64>() / rows as f64
+            };
             let (limit, unit) = if axis < 3 {
                 (format.greatest_excursion_m, "m")
             } else {
