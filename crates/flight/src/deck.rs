@@ -142,13 +142,15 @@ impl<R: Real> HarmonicFilter<R> {
     /// Propagates over `dt` seconds and corrects by the deck velocity measured at their
     /// end. A measurement that is not finite is ignored.
     pub fn step(&self, state: &mut HarmonicState<R>, deck_velocity_mps: R, dt: R) -> DeckMotion<R> {
-        let mut next = *state;
-        self.propagate(&mut next, usable_dt(dt));
+        let before = (state.displacement_m, state.velocity_mps, state.covariance);
+        let elapsed = state.elapsed;
+        self.propagate(state, usable_dt(dt));
         if deck_velocity_mps.is_finite() {
-            self.correct(&mut next, deck_velocity_mps);
+            self.correct(state, deck_velocity_mps);
         }
-        if next.is_finite() {
-            *state = next;
+        if !state.is_finite() {
+            (state.displacement_m, state.velocity_mps, state.covariance) = before;
+            state.elapsed = elapsed;
         }
         self.predict(state)
     }
@@ -200,9 +202,10 @@ impl<R: Real> HarmonicFilter<R> {
 }
 
 impl<R: Real> HarmonicState<R> {
+    /// Whether all numbers are finite: zero times any of them is then zero.
     fn is_finite(&self) -> bool {
-        self.displacement_m.is_finite()
-            && self.velocity_mps.is_finite()
-            && self.covariance.iter().all(|c| c.is_finite())
+        let [pp, pv, vv] = self.covariance;
+        let all = [self.displacement_m, self.velocity_mps, pp, pv, vv];
+        all.iter().fold(R::ZERO, |sum, &c| sum + c * R::ZERO) == R::ZERO
     }
 }

@@ -5,26 +5,26 @@ use crate::real::{Real, r};
 /// Least `s` in [0, 1] with `a + b s + c s² + d s³ >= 0`; where the cubic stays
 /// below zero, the `s` of its greatest value.
 ///
-/// The stationary points cut [0, 1] into at most three monotone pieces; the
-/// first one that ends at or above zero is searched by Newton's method, kept
-/// inside its bracket by bisection, from `near` where that lies inside.
-pub fn first_rise<R: Real>([a, b, c, d]: [R; 4], near: R) -> R {
-    let value = |s: R| a + s * (b + s * (c + s * d));
-    let slope = |s: R| b + s * (r::<R>(2.0) * c + s * r::<R>(3.0) * d);
+/// Newton's method from `near` mostly ends at it. Otherwise the stationary points cut [0, 1]
+/// into at most three monotone pieces; the first one that ends at or above zero is halved.
+pub fn first_rise<R: Real>(cubic: [R; 4], near: R) -> R {
+    let [a, b, c, d] = cubic;
+    if a >= R::ZERO {
+        return R::ZERO;
+    }
+    if let Some(s) = rise_near(&cubic, near) {
+        return s;
+    }
     let (first, second) = stationary(b, c, d);
     let mut low = R::ZERO;
-    let at_low = value(low);
-    let mut best = (low, at_low);
-    if at_low >= R::ZERO {
-        return low;
-    }
+    let mut best = (low, a);
     for high in [first, second, R::ONE] {
         if high <= low {
             continue;
         }
-        let at_high = value(high);
+        let at_high = value(&cubic, high);
         if at_high >= R::ZERO {
-            return search(low, high, near, value, slope);
+            return search(&cubic, low, high);
         }
         if at_high > best.1 {
             best = (high, at_high);
@@ -32,6 +32,50 @@ pub fn first_rise<R: Real>([a, b, c, d]: [R; 4], near: R) -> R {
         low = high;
     }
     best.0
+}
+
+/// Most steps of Newton's method from a start that is known to be near.
+const NEAR_STEPS: u8 = 4;
+
+/// The first rise of a cubic that begins below zero, if Newton's method from `near` ends at it in few steps, all of which lie within
+/// (0, 1) where the cubic rises.
+///
+/// Divided by `s - s0`, s0 the root, the cubic is `q(s) = d s² + e s + f` with `e = c + d s0` and `f = b + e s0 = -a/s0 > 0`. At the
+/// root, q is the slope, above zero as well. An earlier root is one of q: there is none if q is concave (d <= 0), has its least value
+/// before 0 or behind the root, or is above zero there.
+fn rise_near<R: Real>(cubic: &[R; 4], near: R) -> Option<R> {
+    let [_, b, c, d] = *cubic;
+    let two = r::<R>(2.0);
+    let mut s = near;
+    for _ in 0..NEAR_STEPS {
+        if !(s > R::ZERO && s < R::ONE) {
+            return None;
+        }
+        let steeper = s * r::<R>(3.0) * d;
+        let slope = b + s * (two * c + steeper);
+        if !(slope > R::ZERO) {
+            return None;
+        }
+        let newton = s - value(cubic, s) / slope;
+        let step = newton - s;
+        // What is left of the value there.
+        let left = (c + steeper + d * step) * (step * step);
+        let last = left.abs() <= R::EPSILON * s * slope;
+        s = newton;
+        if last {
+            let e = c + d * s;
+            let f = b + e * s;
+            let monotone = e >= R::ZERO || e + two * d * s <= R::ZERO;
+            let first = d <= R::ZERO || monotone || e * e < r::<R>(4.0) * d * f;
+            let rises = f + s * (e + d * s) > R::ZERO;
+            return Some(s).filter(|_| first && rises && s > R::ZERO && s < R::ONE);
+        }
+    }
+    None
+}
+
+fn value<R: Real>(&[a, b, c, d]: &[R; 4], s: R) -> R {
+    a + s * (b + s * (c + s * d))
 }
 
 /// The stationary points, in rising order and limited to [0, 1].
@@ -55,39 +99,21 @@ fn stationary<R: Real>(b: R, c: R, d: R) -> (R, R) {
     if s1 <= s2 { (s1, s2) } else { (s2, s1) }
 }
 
-fn search<R: Real>(
-    mut low: R,
-    mut high: R,
-    near: R,
-    value: impl Fn(R) -> R,
-    slope: impl Fn(R) -> R,
-) -> R {
-    let half = r::<R>(0.5);
-    let mut s = if near > low && near < high {
-        near
-    } else {
-        half * (low + high)
-    };
-    // 60 halvings resolve an f64 on [0, 1]; Newton needs about five steps.
+/// The root between `low`, where the cubic is below zero, and `high`, where it is not.
+fn search<R: Real>(cubic: &[R; 4], mut low: R, mut high: R) -> R {
+    // 60 halvings resolve an f64 on [0, 1].
     for _ in 0..60 {
-        let y = value(s);
-        if y >= R::ZERO {
-            high = s;
-        } else {
-            low = s;
+        let middle = r::<R>(0.5) * (low + high);
+        if middle <= low || middle >= high {
+            break;
         }
-        let newton = s - y / slope(s);
-        let next = if newton > low && newton < high {
-            newton
+        if value(cubic, middle) >= R::ZERO {
+            high = middle;
         } else {
-            half * (low + high)
-        };
-        if (next - s).abs() <= R::EPSILON * s.abs() {
-            return next;
+            low = middle;
         }
-        s = next;
     }
-    s
+    high
 }
 
 #[cfg(test)]
@@ -114,5 +140,33 @@ mod tests {
         assert!(first_rise([-1.0_f64, 0.0, 0.0, 0.0], 0.5) == 0.0);
         // Never reaches zero, greatest at 0.5: -1 + s - s².
         assert!((first_rise([-1.0_f64, 1.0, -1.0, 0.0], 0.5) - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn prop_wherever_the_search_starts_it_finds_the_first_of_three_roots() {
+        let places = [-0.4, -0.1, 0.05, 0.2, 0.45, 0.6, 0.85, 0.99, 1.2, 1.7];
+        let mut crossings = 0;
+        for (i, &a) in places.iter().enumerate() {
+            for (k, &b) in places.iter().enumerate().skip(i + 1) {
+                for &c in places.iter().skip(k + 1) {
+                    // Rising at a and c, with d above zero; negated, rising at b alone.
+                    let up = [-a * b * c, a * b + b * c + c * a, -(a + b + c), 1.0_f64];
+                    for (p, rises) in [(up, [a, c]), (up.map(|x| -x), [b, b])] {
+                        let within = |s: &f64| (0.0..=1.0).contains(s);
+                        let Some(first) = rises.into_iter().find(within).filter(|_| p[0] < 0.0)
+                        else {
+                            continue;
+                        };
+                        crossings += 1;
+                        for near in 0..=40 {
+                            let found = first_rise(p, f64::from(near) / 40.0);
+                            // Rounding over the least slope, 0.04 between roots that are 0.14 apart.
+                            assert!((found - first).abs() < 1e-13, "{p:?} {near}: {found}");
+                        }
+                    }
+                }
+            }
+        }
+        assert!(crossings > 100, "{crossings}");
     }
 }

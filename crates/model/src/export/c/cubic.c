@@ -9,29 +9,63 @@ static REAL unit_of(REAL s)
     return isfinite(s) ? clamp_of(s, R(0.0), R(1.0)) : R(1.0);
 }
 
-/* The root of a rising cubic in a bracket: Newton's method from near, kept inside by bisection. */
-static REAL bracketed_root(const REAL p[4], REAL from, REAL to, REAL near)
+/* The least s in [0, 1] at which a cubic that begins below zero reaches zero, if Newton's method from near
+ * ends there in few steps. */
+static bool rise_near(const REAL p[4], REAL near, REAL *rise)
+{
+    REAL s = near;
+    bool inside = (s > R(0.0)) && (s < R(1.0));
+    bool found = false;
+    int32_t i;
+    for (i = 0; (i < 4) && inside && !found; i++) {
+        const REAL steeper = s * R(3.0) * p[3];
+        const REAL slope = p[1] + s * (R(2.0) * p[2] + steeper);
+        if (slope > R(0.0)) {
+            const REAL newton = s - cubic_at(p, s) / slope;
+            const REAL step = newton - s;
+            /* What is left of the value there is rounding. */
+            const REAL left = (p[2] + steeper + p[3] * step) * (step * step);
+            found = fabsR(left) <= EPSILON * s * slope;
+            s = newton;
+            inside = (s > R(0.0)) && (s < R(1.0));
+        } else {
+            inside = false;
+        }
+    }
+    if (inside && found) {
+        /* The cubic over (s - root) is d s^2 + e s + f, which is above zero at 0 and at the root. */
+        const REAL d = p[3];
+        const REAL e = p[2] + d * s;
+        const REAL f = p[1] + e * s;
+        const bool monotone = (e >= R(0.0)) || ((e + R(2.0) * d * s) <= R(0.0));
+        found = (d <= R(0.0)) || monotone || ((e * e) < (R(4.0) * d * f));
+        found = found && ((f + s * (e + d * s)) > R(0.0));
+    }
+    found = inside && found;
+    if (found) {
+        *rise = s;
+    }
+    return found;
+}
+
+/* The root between low, where the cubic is below zero, and high, where it is not. */
+static REAL bracketed_root(const REAL p[4], REAL from, REAL to)
 {
     REAL low = from;
     REAL high = to;
-    REAL s = ((near > low) && (near < high)) ? near : (R(0.5) * (low + high));
-    REAL result = s;
-    bool found = false;
+    bool done = false;
     int32_t i;
-    for (i = 0; (i < 60) && !found; i++) {
-        const REAL y = cubic_at(p, s);
-        REAL newton;
-        if (y >= R(0.0)) {
-            high = s;
+    for (i = 0; (i < 60) && !done; i++) {
+        const REAL middle = R(0.5) * (low + high);
+        if ((middle <= low) || (middle >= high)) {
+            done = true;
+        } else if (cubic_at(p, middle) >= R(0.0)) {
+            high = middle;
         } else {
-            low = s;
+            low = middle;
         }
-        newton = s - y / (p[1] + s * (R(2.0) * p[2] + s * R(3.0) * p[3]));
-        result = ((newton > low) && (newton < high)) ? newton : (R(0.5) * (low + high));
-        found = fabsR(result - s) <= EPSILON * fabsR(s);
-        s = result;
     }
-    return result;
+    return high;
 }
 
 /* The least s in [0, 1] at which the cubic reaches zero; where it stays below, the s of its
@@ -44,9 +78,9 @@ static REAL first_rise(const REAL p[4], REAL near)
     REAL low = R(0.0);
     REAL best = R(0.0);
     REAL best_value = cubic_at(p, low);
-    bool done = best_value >= R(0.0);
+    bool done = (best_value >= R(0.0)) || rise_near(p, near, &best);
     int32_t i;
-    if ((discriminant > R(0.0)) && isfinite(discriminant)) {
+    if (!done && (discriminant > R(0.0)) && isfinite(discriminant)) {
         const REAL root = sqrtR(discriminant);
         const REAL q = (p[2] < R(0.0)) ? (root - p[2]) : -(root + p[2]);
         const REAL first = unit_of(q / three_d);
@@ -58,7 +92,7 @@ static REAL first_rise(const REAL p[4], REAL near)
         if (ends[i] > low) {
             const REAL value = cubic_at(p, ends[i]);
             if (value >= R(0.0)) {
-                best = bracketed_root(p, low, ends[i], near);
+                best = bracketed_root(p, low, ends[i]);
                 done = true;
             } else if (value > best_value) {
                 best = ends[i];
