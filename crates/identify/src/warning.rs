@@ -71,6 +71,18 @@ pub enum Warning {
         /// Time between measurements (s).
         period_s: f64,
     },
+    /// Rows count as points at rest while the thrust still settles after short steps.
+    UnsettledRows {
+        /// Time for which a throttle is held (s).
+        held_s: f64,
+        /// Time after a step until the thrust counts as settled (s).
+        settle_s: f64,
+    },
+    /// A log joins the thrust of a slower sensor by lines.
+    ThrustJoined {
+        /// Time between measurements (s).
+        period_s: f64,
+    },
     /// Nothing says how many rotors a stand measured.
     OneRotorAssumed,
     /// A search ended before its minimum.
@@ -236,6 +248,16 @@ impl fmt::Display for Warning {
             Self::ThrustRepeats { period_s } => write!(
                 f,
                 "the log repeats each thrust until the next measurement, {period_s:.3} s later; only the first row of each counts"
+            ),
+            Self::UnsettledRows { held_s, settle_s } => write!(
+                f,
+                "the steps of throttle last {held_s:.2} s, and the thrust counts as settled {settle_s} s after a step: rows count as points at rest \
+                 while it still settles, so the curve and its intervals are wrong by that. Hold each throttle for a second and more, log the thrust \
+                 at 20 Hz or more, or lower settle_s where the rotor is faster"
+            ),
+            Self::ThrustJoined { period_s } => write!(
+                f,
+                "the log joins thrusts that are measured every {period_s:.3} s by lines; only the measurements count, where the lines meet"
             ),
             Self::OneRotorAssumed => f.write_str(
                 "the thrust is taken for that of one rotor, because nothing says how many were measured. If it is that of more, \

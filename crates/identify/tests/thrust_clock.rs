@@ -7,7 +7,7 @@ use touchdown_identify::settings::ThrustForm;
 use touchdown_identify::warning::Warning;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
 use touchdown_model::Mark;
-use touchdown_model::card::Term;
+use touchdown_model::card::{Form, Term};
 use touchdown_trial::Trial;
 
 const LAG_S: f64 = 0.05;
@@ -205,6 +205,66 @@ fn regress_thrust_that_a_logger_repeats_counts_once() {
             .iter()
             .any(|w| w.to_string().contains("0.040 s later"))
     );
+}
+
+/// The log of a stand whose thrusts, measured every 0.1 s from `start_s` on, somebody has joined by lines.
+fn joined(seed: u64, start_s: f64) -> Trial {
+    let mut trial = STAND.log(seed, 1);
+    let thrust = trial.channel("thrust_n").unwrap();
+    // The line between two rows: the noise of the measurement is less, the thrust the same.
+    let at = |t: f64| {
+        let place = (100.0 * t).min(thrust.len() as f64 - 1.0);
+        let i = (place.floor() as usize).min(thrust.len() - 2);
+        thrust[i] + (place - i as f64) * (thrust[i + 1] - thrust[i])
+    };
+    let lines = trial.time_s().iter().map(|t| {
+        let before = start_s + 0.1 * ((t - start_s) / 0.1 + 1e-9).floor();
+        let share = (t - before) / 0.1;
+        (1.0 - share) * at(before.max(0.0)) + share * at(before + 0.1)
+    });
+    let lines = lines.collect();
+    trial.insert("thrust_n", lines).unwrap();
+    trial
+}
+
+#[test]
+fn prop_thrust_that_is_joined_by_lines_counts_where_it_was_measured() {
+    for (seed, start_s) in [(331, 0.0), (332, 0.003), (333, 0.017), (334, 0.006)] {
+        let made = fit(joined(seed, start_s), Some(ThrustForm::FirstOrder));
+        let (lag, dead_time) = (term(&made, "T_m"), term(&made, "dead_time"));
+        // Taken for measurements, the lines gave 0.06 to 0.09 s and intervals without the truth.
+        assert!(holds(lag, LAG_S), "{lag:?}");
+        assert!(holds(dead_time, DEAD_TIME_S), "{dead_time:?}");
+        let told = Warning::ThrustJoined { period_s: 0.1 }.to_string();
+        assert!(made.warnings.iter().any(|w| w.to_string() == told));
+    }
+}
+
+#[test]
+fn prop_steps_that_are_too_short_to_settle_are_told() {
+    let short = |made: &FittedCard| {
+        let told = made.warnings.iter();
+        told.filter(|w| matches!(w, Warning::UnsettledRows { .. }))
+            .count()
+    };
+    // At 10 Hz a lag is not asked for, and a second is not enough for a plateau.
+    let stand = Stand {
+        rate_hz: 10.0,
+        duration_s: 60.0,
+        ..STAND
+    };
+    let made = fit(stand.log(350, 1), None);
+    assert_eq!(made.card.form, Form::StaticSqrt);
+    assert_eq!(short(&made), 1);
+    // The highest throttle is reached from below and from above: nothing is known of the supply.
+    assert!(
+        !made
+            .warnings
+            .iter()
+            .any(|w| matches!(w, Warning::SupplyLimit { .. }))
+    );
+    // At 100 Hz the lag is fitted.
+    assert_eq!(short(&fit(STAND.log(350, 1), None)), 0);
 }
 
 #[test]

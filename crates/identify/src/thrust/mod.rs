@@ -64,7 +64,7 @@ pub fn fit(
     for trial in trials {
         sign::check(trial, &throttle(trial)?)?;
     }
-    let (measured, repeats_s) = measured_thrust(trials)?;
+    let (measured, slow_sensor) = measured_thrust(trials)?;
     let trials = &measured[..];
     let (candidate, forms) = match settings.thrust.form {
         Some(form) => {
@@ -85,9 +85,7 @@ pub fn fit(
     if rotors == MeasuredRotors::OneAssumed {
         fitted.warnings.push(Warning::OneRotorAssumed);
     }
-    if let Some(period_s) = repeats_s {
-        fitted.warnings.push(Warning::ThrustRepeats { period_s });
-    }
+    fitted.warnings.extend(slow_sensor);
     let most_n = trials.iter().map(sign::most_n).fold(0.0, f64::max);
     if fitted.card.measured_rotors == Some(1) && most_n > MOST_OF_ONE_ROTOR_N {
         fitted.warnings.push(Warning::Grams { most_n });

@@ -92,6 +92,31 @@ pub fn rows(trial: &Trial) -> Result<Vec<Plateau>> {
     Ok(out)
 }
 
+/// Rows of one throttle from which on they are a step, not points of a table or of a ramp.
+const STEP_ROWS: usize = 3;
+
+/// The median time for which throttle is held (s), of a trial of steps that are too short to be plateaus: its rows are no steady
+/// points.
+///
+/// # Errors
+/// A missing channel.
+pub fn short_steps(trial: &Trial, settle_s: f64) -> Result<Option<f64>> {
+    let throttle = super::throttle(trial)?;
+    let time = trial.time_s();
+    let rows: Vec<usize> = (0..time.len())
+        .filter(|&i| throttle[i].is_finite())
+        .collect();
+    let runs = rows.chunk_by(|&a, &b| throttle[a] == throttle[b]);
+    let steps: Vec<&[usize]> = runs.filter(|run| run.len() >= STEP_ROWS).collect();
+    let in_steps: usize = steps.iter().map(|run| run.len()).sum();
+    let held_s = median(
+        steps
+            .iter()
+            .map(|run| time[run[run.len() - 1]] - time[run[0]]),
+    );
+    Ok(held_s.filter(|held_s| 2 * in_steps > rows.len() && *held_s < settle_s + LEAST_S))
+}
+
 /// Median of the finite values.
 #[must_use]
 pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -136,5 +161,23 @@ mod tests {
         for (p, (s, t, down)) in found.iter().zip(expected) {
             assert_eq!((p.throttle, p.thrust_n, p.descending), (s, t, down));
         }
+    }
+
+    #[test]
+    fn analytic_steps_that_are_too_short_are_told_from_plateaus_ramps_and_tables() {
+        let rows = |period_s: f64, throttle: &dyn Fn(u32) -> f64| {
+            let time = (0..600).map(|i| period_s * f64::from(i)).collect();
+            let trial = Trial::new("log", time).unwrap();
+            let throttle = (0..600).map(throttle).collect();
+            short_steps(&trial.with_channel("throttle", throttle).unwrap(), 0.8).unwrap()
+        };
+        let steps = |of: u32| move |i: u32| f64::from((7 * (i / of)) % 11) / 11.0;
+        // Ten rows at 20 Hz: 0.45 s from the first to the last.
+        let held_s = rows(0.05, &steps(10)).unwrap();
+        assert!((held_s - 0.45).abs() < 1e-9);
+        assert_eq!(rows(0.05, &steps(30)), None);
+        assert_eq!(rows(0.05, &|i| f64::from(i) / 600.0), None);
+        // A table of points that were measured twice.
+        assert_eq!(rows(0.1, &steps(2)), None);
     }
 }

@@ -7,6 +7,7 @@ use touchdown_trial::Trial;
 
 use super::choice::SLOWEST_PERIOD_S;
 use super::free_run::HeldOut;
+use super::output_error::counts_rows;
 use super::plateau::{self, Plateau};
 use super::rotor;
 use crate::error::{Error, Result};
@@ -57,7 +58,7 @@ pub(super) fn fit(
 ) -> Result<FittedCard> {
     let map = StaticMap::fit(trials, settings, form == ThrustForm::StaticSqrt)?;
     let mut card = map.card(&settings.thrust, origin);
-    let mut warnings = map.warnings();
+    let mut warnings = map.warnings(unsettled(trials, settings, &map)?);
     let shows_lag = |t: &Trial| {
         t.channel("rotor_rpm").is_some() && t.period_s().is_some_and(|p| p < SLOWEST_PERIOD_S)
     };
@@ -267,9 +268,12 @@ impl StaticMap {
         }
     }
 
-    fn warnings(&self) -> Vec<Warning> {
-        supply_limit(&self.points)
+    /// Rows of short steps say why they lie off the curve, and nothing of the supply.
+    fn warnings(&self, unsettled: Option<Warning>) -> Vec<Warning> {
+        let supply = unsettled.is_none().then(|| supply_limit(&self.points));
+        unsettled
             .into_iter()
+            .chain(supply.flatten())
             .chain(self.hysteresis())
             .collect()
     }
@@ -290,6 +294,21 @@ impl StaticMap {
             unit: self.unit(),
         })
     }
+}
+
+/// A warning of rows that count as steady points while the thrust still settles after steps.
+fn unsettled(
+    trials: &[Trial],
+    settings: &IdentificationSettings,
+    map: &StaticMap,
+) -> Result<Option<Warning>> {
+    let settle_s = settings.thrust.settle_s;
+    let timed = trials.iter().filter(|t| !map.by_plateau && !counts_rows(t));
+    let held: Vec<Option<f64>> = timed
+        .map(|trial| plateau::short_steps(trial, settle_s))
+        .collect::<Result<_>>()?;
+    let shortest_s = held.into_iter().flatten().min_by(f64::total_cmp);
+    Ok(shortest_s.map(|held_s| Warning::UnsettledRows { held_s, settle_s }))
 }
 
 /// What is fitted of a point.
