@@ -17,6 +17,7 @@
 //! | `packed` | a sweep and landings of it as bytes, for another process |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
 //! | `noise` | the noise of the sensors beside the belief of the landing computer |
+//! | `steepness` | seas that are steeper than waves can be |
 //! | `part` | which blocks one run flies: all, a shard, a range |
 //! | `status` | what of a campaign is there |
 //! | `run` | flying what is missing, in the simulation or by another backend |
@@ -45,6 +46,7 @@ mod settings;
 mod software_in_the_loop;
 mod stated;
 mod status;
+mod steepness;
 mod store;
 mod summary;
 mod vehicle;

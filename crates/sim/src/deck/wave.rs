@@ -60,6 +60,27 @@ impl Default for WaveSpectrum {
     }
 }
 
+/// Acceleration of gravity by which waves are long or short, m/s².
+const GRAVITY_MPS2: f64 = 9.806_65;
+
+impl WaveSpectrum {
+    /// Significant height over the length of the waves at the peak, `2π H_s / (g T_p²)`. Seas have at most about 1/15
+    /// (DNV-RP-C205, T_p up to 8 s): steeper waves break.
+    #[must_use]
+    pub fn steepness(&self) -> f64 {
+        let (Self::PiersonMoskowitz {
+            significant_height_m,
+            peak_period_s,
+        }
+        | Self::Jonswap {
+            significant_height_m,
+            peak_period_s,
+            ..
+        }) = *self;
+        TAU * significant_height_m / (GRAVITY_MPS2 * peak_period_s * peak_period_s)
+    }
+}
+
 /// The mean of the JONSWAP experiment.
 fn mean_peakedness() -> f64 {
     3.3

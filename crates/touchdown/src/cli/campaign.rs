@@ -81,8 +81,12 @@ pub(crate) fn state(context: &Context, sweep: &Sweep) -> Result<()> {
     for warning in sweep.warnings().iter().chain(&sweep.lift_warning()) {
         context.warn(warning);
     }
-    for warning in sweep.noise_warnings()? {
-        context.warn(&warning);
+    for warning in sweep
+        .noise_warnings()?
+        .iter()
+        .chain(&sweep.steepness_warning()?)
+    {
+        context.warn(warning);
     }
     if let Some(text) = sweep.air()? {
         context.aside(&text);
