@@ -210,3 +210,47 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
         );
     }
 }
+
+#[test]
+fn regress_no_other_command_writes_into_the_folder_of_a_campaign() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(folder.path(), "trials = 1\n[scenario]\ntimeout_s = 1.0\n");
+    let campaign = folder.path().join("campaign");
+    let into = |words: &[&str], out: &Path| {
+        let words = words.iter().map(std::ffi::OsStr::new);
+        let words: Vec<_> = words.chain(["--out".as_ref(), out.as_os_str()]).collect();
+        words
+            .iter()
+            .map(|word| (*word).to_owned())
+            .collect::<Vec<_>>()
+    };
+    let path = sweep.to_str().unwrap();
+    assert!(
+        common::run(into(&["campaign", path], &campaign))
+            .status
+            .success()
+    );
+    let names = ["sweep.toml", "results.json", "summary.csv", "report.html"];
+    let files = || names.map(|name| std::fs::read(campaign.join(name)).unwrap());
+    let before = files();
+    for command in [
+        &["land", "--trials", "1"][..],
+        &["land", "--space", "--trials", "1"],
+        &["rig"],
+        &["reproduce"],
+    ] {
+        let said = common::fails(2, into(command, &campaign));
+        let words = ["contains a campaign", "choose another folder"];
+        assert!(
+            words.iter().all(|word| said.contains(word)),
+            "{command:?}: {said}"
+        );
+        assert!(files() == before && !campaign.join("landings.csv").exists());
+    }
+    // The folder of earlier landings is written again.
+    let landings = folder.path().join("landed");
+    for _ in 0..2 {
+        let command = ["land", "--space", path];
+        assert!(common::run(into(&command, &landings)).status.success());
+    }
+}

@@ -63,7 +63,7 @@ pub use settings::SweepSettings;
 pub use software_in_the_loop::{AutopilotProgram, CompanionSource, LoopSettings};
 pub use stated::StatedKeys;
 pub use status::{BrokenBlock, CampaignStatus, status};
-pub use store::{SWEEP, Store, merge};
+pub use store::{SWEEP, Store, merge, must_not_be_a_campaign};
 pub use summary::{
     CampaignResults, Figures, PointFigures, PointOf, SampleSummary, WorstLanding, summarise,
 };

@@ -141,6 +141,20 @@ impl Store {
     }
 }
 
+/// Refuses a folder of a campaign, whole or not, to commands that would write other results beside its landings.
+///
+/// # Errors
+/// A folder with a sweep and a folder of blocks.
+pub fn must_not_be_a_campaign(out: &Path) -> Result<()> {
+    if out.join(SWEEP).is_file() && out.join(LANDINGS).is_dir() {
+        return Err(Error::Arguments(format!(
+            "{}: contains a campaign ({SWEEP} and {LANDINGS}/); choose another folder",
+            out.display()
+        )));
+    }
+    Ok(())
+}
+
 /// Name of a block in a campaign's place.
 fn name(block: u64) -> String {
     format!("{LANDINGS}/block-{block:06}.parquet")

@@ -9,6 +9,7 @@ use super::context::Context;
 
 use touchdown_campaign::files;
 pub(crate) use touchdown_campaign::files::{RESULTS, folder, write};
+pub(crate) use touchdown_campaign::sweep::must_not_be_a_campaign;
 
 /// Writes the results into their folder.
 pub(crate) fn results<T: Serialize>(folder: &Path, results: &T) -> Result<()> {
@@ -38,8 +39,9 @@ pub(crate) fn replaces_not(written: &Path, what: &str, input: &Path) -> Result<(
     Ok(())
 }
 
-/// Creates a folder for results, without the results of an earlier run.
+/// Creates a folder for results, without the results of an earlier run. That of a campaign is refused.
 pub(crate) fn results_folder(context: &Context, path: &Path) -> Result<()> {
+    must_not_be_a_campaign(path)?;
     files::begin_results(path)?;
     announce_results(context, path);
     Ok(())

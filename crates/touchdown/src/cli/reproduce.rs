@@ -15,6 +15,7 @@ use touchdown_terminal::Done;
 pub(crate) fn run(context: &Context, args: &ReproduceArgs) -> Result<Done> {
     let settings = load(args)?;
     // A folder that cannot be written to is better known before the work than after it.
+    output::must_not_be_a_campaign(&args.out)?;
     output::folder(&args.out)?;
     let run = experiments::run(&settings, context)?;
     let results = Results::of(&run)?;
