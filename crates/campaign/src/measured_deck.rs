@@ -87,6 +87,8 @@ const NEAR_CUTOFF_SHARE: f64 = 0.6;
 /// Share of the heave's standard deviation that may be noise or short waves without a warning. With ten rows in a mean period,
 /// noise of a tenth makes as much acceleration as the waves.
 const EITHER_SHARE: f64 = 0.1;
+/// Mean roll or pitch beyond which a line says that it is left out, rad: a degree. Inertial units are mounted to about that.
+const MEAN_ANGLE_RAD: f64 = 0.0175;
 /// Rows in a mean period of which a JONSWAP sea leaves less than that share open. A wind sea on a swell needs more.
 const ROWS_PER_PERIOD: f64 = 12.0;
 
@@ -125,6 +127,7 @@ impl MeasuredDeck {
             )));
         }
         let measured = MotionSeries::read_csv(bytes.as_slice(), &settings.format).map_err(unfit)?;
+        longer_than_waves(settings.longest_period_s, &measured).map_err(bad)?;
         let (unsmoothed, slow_m) = measured.without_slow_heave(longest_s);
         let cutoff_hz = cutoff_hz(settings.cutoff_hz, &measured).map_err(bad)?;
         let waves = cutoff_hz.map_or_else(|| unsmoothed.clone(), |hz| unsmoothed.smoothed(hz));
@@ -163,10 +166,14 @@ impl MeasuredDeck {
                 found.advice()
             )));
         }
-        let smoothed = cutoff_hz.map_or_else(
-            || "not smoothed".to_owned(),
-            |hz| format!("smoothed at {hz:.2} Hz; the noise is that of the recording"),
-        );
+        let smoothed = match (cutoff_hz, settings.cutoff_hz) {
+            (Some(hz), _) => format!("smoothed at {hz:.2} Hz; the noise is that of the recording"),
+            (None, Cutoff::Hz(hz)) => format!(
+                "not smoothed: cutoff_hz = {hz} is above half of the rate of the rows, {:.2} Hz",
+                0.5 / measured.step_s()
+            ),
+            (None, Cutoff::Word(_)) => "not smoothed".to_owned(),
+        };
         let slow = slow_m.map_or_else(String::new, |range_m| {
             format!(
                 "; heave slower than {longest_s} s, {range_m:.2} m from lowest to highest, left out"
@@ -174,7 +181,10 @@ impl MeasuredDeck {
         });
         Ok(Self {
             deck: motion.deck(),
-            text: format!("measured deck: {character}; {smoothed}{slow}"),
+            text: format!(
+                "measured deck: {character}; {smoothed}{slow}{}",
+                mean_angles(&measured)
+            ),
             mean_period_s: character.mean_period_s,
             warnings,
             bytes,
@@ -191,10 +201,39 @@ impl MeasuredDeck {
     }
 }
 
-/// The frequency at which a motion is smoothed; absent if not at all.
+/// Mean roll and pitch that are left out, where they are more than [`MEAN_ANGLE_RAD`].
+fn mean_angles(measured: &MotionSeries) -> String {
+    let angles = ["roll", "pitch"]
+        .into_iter()
+        .zip(measured.mean_angles_rad());
+    let angles = angles.filter(|(_, mean_rad)| mean_rad.abs() > MEAN_ANGLE_RAD);
+    angles
+        .map(|(axis, mean_rad)| format!("; mean {axis} of {mean_rad:.3} rad left out"))
+        .collect()
+}
+
+/// Checks that a period which was set leaves the waves: the filter halves the power there.
+fn longer_than_waves(
+    longest_period_s: Option<f64>,
+    measured: &MotionSeries,
+) -> std::result::Result<(), String> {
+    let (waves, _) = measured.without_slow_heave(LONGEST_PERIOD_S);
+    match (longest_period_s, waves.mean_period_s()) {
+        (Some(longest_s), Some(mean_s)) if longest_s <= mean_s => Err(format!(
+            "longest_period_s: expected more than the mean period of the heave, {mean_s:.2} s, because slower heave is left out; \
+             found {longest_s}"
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The frequency at which a motion is smoothed; absent if not at all. Above half of the rate of the rows a series has no motion to
+/// smooth.
 fn cutoff_hz(cutoff: Cutoff, measured: &MotionSeries) -> std::result::Result<Option<f64>, String> {
     match cutoff {
-        Cutoff::Hz(hz) if hz > 0.0 && hz.is_finite() => Ok(Some(hz)),
+        Cutoff::Hz(hz) if hz > 0.0 && hz.is_finite() => {
+            Ok(Some(hz).filter(|hz| *hz <= 0.5 / measured.step_s()))
+        }
         Cutoff::Hz(hz) => Err(format!(
             "cutoff_hz: expected a finite number above 0, \"noise\" or \"off\"; found {hz}"
         )),

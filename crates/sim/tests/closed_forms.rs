@@ -90,6 +90,33 @@ fn analytic_limits_of_a_series_have_defaults() {
 }
 
 #[test]
+fn prop_a_column_that_stands_twice_is_refused_where_it_is_asked_for() {
+    let read = |header: &str| {
+        let table = format!("{header}\n0,1,2\n1,1,2\n2,1,3\n3,1,2\n");
+        MotionSeries::read_csv(table.as_bytes(), &SeriesFormat::default())
+    };
+    for (header, column, places) in [
+        ("time_s,z_m,z_m", "`z_m`", "columns 2 and 3"),
+        ("time_s,# z_m,z_m", "`z_m`", "columns 2 and 3"),
+        ("time_s,z_m,time_s", "`time_s`", "columns 1 and 3"),
+    ] {
+        let error = read(header).expect_err("twice").to_string();
+        for word in [column, "one column of this name", places] {
+            assert!(error.contains(word), "{word}: {error}");
+        }
+    }
+    // Of columns that nobody asks for, as many as there are.
+    let series = read("x,time_s,x").expect_err("no heave");
+    assert!(
+        series
+            .to_string()
+            .contains("a column of this name, found x, time_s, x")
+    );
+    let table = "time_s,x,z_m,x\n0,1,2,1\n1,1,3,1\n2,1,2,1\n3,1,3,1\n";
+    MotionSeries::read_csv(table.as_bytes(), &SeriesFormat::default()).expect("one of each");
+}
+
+#[test]
 fn analytic_equal_values_are_no_motion_to_scale() {
     // The sum of a hundred times 0.3, over a hundred, is another number.
     let rows: String = (0..100).map(|k| format!("{k},0.3\n")).collect();

@@ -13,26 +13,37 @@ fn warnings(rate_hz: f64, noise_m: f64, more: &str) -> Vec<String> {
 
 /// The same of any heave.
 fn warnings_of(rate_hz: f64, noise_m: f64, more: &str, heave: impl Fn(f64) -> f64) -> Vec<String> {
+    read(rate_hz, noise_m, more, "heave", heave)
+        .unwrap()
+        .warnings
+}
+
+/// A coordinate, recorded for 400 s at a rate, with noise.
+fn read(
+    rate_hz: f64,
+    noise: f64,
+    more: &str,
+    axis: &str,
+    value: impl Fn(f64) -> f64,
+) -> Result<MeasuredDeck> {
     let folder = tempfile::tempdir().unwrap();
     let mut table = String::from("t,z\n");
     // 1 and -1 in an order that has no period.
     let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
     for i in 0..(400.0 * rate_hz) as u32 {
         bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        let noise = if bits >> 63 == 0 { noise_m } else { -noise_m };
+        let noise = if bits >> 63 == 0 { noise } else { -noise };
         let t = f64::from(i) / rate_hz;
-        let z = heave(t) + noise;
+        let z = value(t) + noise;
         writeln!(table, "{t:.4},{z:.6}").unwrap();
     }
     std::fs::write(folder.path().join("z.csv"), table).unwrap();
     let settings = format!(
         "file = \"z.csv\"\n{more}[format]\ntime = [{{ column = \"t\", factor = 1.0 }}]\n\
-         channels = [{{ axis = \"heave\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 2.0\n",
+         channels = [{{ axis = \"{axis}\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 2.0\n",
     );
     let settings: SeriesSettings = toml::from_str(&settings).unwrap();
     MeasuredDeck::read(&settings, folder.path())
-        .unwrap()
-        .warnings
 }
 
 #[test]
@@ -101,4 +112,76 @@ fn prop_a_deck_that_was_recorded_at_rest_has_neither_noise_nor_waves_to_lose() {
     }
     let told = warnings_of(10.0, 0.0, "", |t| 0.3 + 0.1 * (TAU * t / 4.0).sin());
     assert_eq!(told, [""; 0]);
+}
+
+#[test]
+fn prop_a_mean_tilt_that_is_left_out_is_told() {
+    let swing = |mean_rad: f64| move |t: f64| mean_rad + 0.02 * (TAU * t / 6.0).sin();
+    for (axis, mean_rad, told) in [
+        ("pitch", 0.3, "; mean pitch of 0.300 rad left out"),
+        ("roll", -0.2, "; mean roll of -0.200 rad left out"),
+    ] {
+        let deck = read(5.0, 0.0, "", axis, swing(mean_rad)).unwrap();
+        assert!(deck.text.ends_with(told), "{}", deck.text);
+    }
+    // Half a degree, and a height above any zero, are nobody's loss.
+    for (axis, mean) in [("pitch", 0.009), ("heave", 1.0)] {
+        let deck = read(5.0, 0.0, "", axis, swing(mean)).unwrap();
+        assert!(!deck.text.contains("mean pitch"), "{}", deck.text);
+    }
+}
+
+#[test]
+fn regress_a_steady_drift_is_a_deck_at_rest_without_faults() {
+    let deck = read(10.0, 0.0, "", "heave", |t| 0.02 * t).unwrap();
+    assert_eq!(deck.warnings, [""; 0]);
+    assert_eq!(deck.mean_period_s, None);
+    let words = [
+        "significant height 0.000 m, noise 0.0000 m",
+        "not smoothed",
+        "8.00 m from lowest to highest, left out",
+    ];
+    for word in words {
+        assert!(deck.text.contains(word), "{word}: {}", deck.text);
+    }
+}
+
+#[test]
+fn prop_a_longest_period_below_that_of_the_waves_is_refused() {
+    let waves = |t: f64| 0.1 * (TAU * t).sin();
+    for (longest_s, refused) in [(0.1, true), (0.9, true), (1.1, false), (30.0, false)] {
+        let more = format!("longest_period_s = {longest_s}\n");
+        let deck = read(20.0, 0.0, &more, "heave", waves);
+        let told = deck.err().map(|error| error.to_string());
+        let words = format!(
+            "mean period of the heave, 1.00 s, because slower heave is left out; found {longest_s}"
+        );
+        assert_eq!(
+            told.is_some_and(|told| told.contains(&words)),
+            refused,
+            "{longest_s}"
+        );
+    }
+}
+
+#[test]
+fn prop_a_cutoff_that_no_row_can_show_smooths_nothing() {
+    // Rows at 10 Hz have motion up to 5 Hz.
+    for (cutoff_hz, told) in [
+        ("4.9", "smoothed at 4.90 Hz"),
+        (
+            "5.1",
+            "not smoothed: cutoff_hz = 5.1 is above half of the rate of the rows, 5.00 Hz",
+        ),
+        (
+            "100.0",
+            "not smoothed: cutoff_hz = 100 is above half of the rate of the rows, 5.00 Hz",
+        ),
+        ("\"off\"", "; not smoothed"),
+    ] {
+        let more = format!("cutoff_hz = {cutoff_hz}\n");
+        let waves = |t: f64| 0.1 * (TAU * t / 4.0).sin();
+        let deck = read(10.0, 0.0, &more, "heave", waves).unwrap();
+        assert!(deck.text.contains(told), "{}", deck.text);
+    }
 }

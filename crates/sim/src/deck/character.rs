@@ -120,7 +120,8 @@ impl MotionSeries {
     }
 
     /// Median time between rows, s.
-    pub(super) fn step_s(&self) -> f64 {
+    #[must_use]
+    pub fn step_s(&self) -> f64 {
         median(self.times_s().windows(2).map(|t| t[1] - t[0]).collect())
     }
 

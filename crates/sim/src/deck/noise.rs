@@ -53,6 +53,14 @@ impl MotionSeries {
         let beside_one_sea =
             rows_per_period.map_or(fourth, |rows| beyond_waves(fourth, variance, rows));
         let beside_a_tail = beside_a_tail(fourth, eighth, self.rows());
+        if variance == 0.0 {
+            // What differences of such a heave see is rounding of its slow part, or nothing.
+            return SeriesNoise {
+                sd_m: 0.0,
+                greatest_sd_m: 0.0,
+                rows_per_period,
+            };
+        }
         let rounding_m = rounding_sd_m(&heave);
         SeriesNoise {
             sd_m: beside_one_sea.min(beside_a_tail).sqrt().max(rounding_m),

@@ -72,6 +72,8 @@ impl Default for SeriesFormat {
 pub struct MotionSeries {
     times_s: Vec<f64>,
     values: Vec<[f64; 5]>,
+    /// What was removed from each coordinate.
+    means: [f64; 5],
 }
 
 fn bad(key: &str, row: usize, expected: &str, found: &dyn ToString) -> SimError {
@@ -132,11 +134,15 @@ impl MotionSeries {
         let find = |column: &str, factor: f64| {
             let name = |field: &str| field.trim_start_matches('#').trim() == column;
             let list = || header.iter().collect::<Vec<_>>().join(", ");
-            header
-                .iter()
-                .position(name)
-                .map(|place| (place, factor))
-                .ok_or_else(|| bad(column, 0, "a column of this name", &list()))
+            let mut places = header.iter().enumerate().filter(|(_, field)| name(field));
+            match (places.next(), places.next()) {
+                (Some((place, _)), None) => Ok((place, factor)),
+                (Some((first, _)), Some((second, _))) => {
+                    let places = format!("it twice, as columns {} and {}", first + 1, second + 1);
+                    Err(bad(column, 0, "one column of this name", &places))
+                }
+                (None, _) => Err(bad(column, 0, "a column of this name", &list())),
+            }
         };
         let times = format.time.iter().map(|c| find(&c.column, c.factor));
         let time: Vec<_> = times.collect::<Result<_, _>>()?;
@@ -191,6 +197,7 @@ impl MotionSeries {
         }
         let start = times_s[0];
         times_s.iter_mut().for_each(|t| *t -= start);
+        let mut means = [0.0; 5];
         for axis in 0..5 {
             let first = values[0][axis];
             // The rounded mean of equal values may differ from them, and scaling would make a motion of the difference.
@@ -199,6 +206,7 @@ impl MotionSeries {
             } else {
                 values.iter().map(|v| v[axis]).sum::<f64>() / rows as f64
             };
+            means[axis] = mean;
             let (limit, unit) = if axis < 3 {
                 (format.greatest_excursion_m, "m")
             } else {
@@ -214,7 +222,17 @@ impl MotionSeries {
                 }
             }
         }
-        Ok(Self { times_s, values })
+        Ok(Self {
+            times_s,
+            values,
+            means,
+        })
+    }
+
+    /// Mean roll and pitch of the table, rad, which are left out.
+    #[must_use]
+    pub fn mean_angles_rad(&self) -> [f64; 2] {
+        [self.means[3], self.means[4]]
     }
 
     /// A heave alone, its mean removed; rows without a height are left out.
@@ -238,7 +256,11 @@ impl MotionSeries {
 
     /// A series of rows that are known to be good.
     pub(super) fn of(times_s: Vec<f64>, values: Vec<[f64; 5]>) -> Self {
-        Self { times_s, values }
+        Self {
+            times_s,
+            values,
+            means: [0.0; 5],
+        }
     }
 
     pub(super) fn times_s(&self) -> &[f64] {
@@ -257,8 +279,11 @@ impl MotionSeries {
 
     /// Other values at the same times.
     pub(super) fn with_values(&self, values: Vec<[f64; 5]>) -> Self {
-        let times_s = self.times_s.clone();
-        Self { times_s, values }
+        Self {
+            times_s: self.times_s.clone(),
+            values,
+            means: self.means,
+        }
     }
 
     /// Length of the series, s.
@@ -313,6 +338,7 @@ impl MotionSeries {
         Ok(Self {
             times_s: times.iter().map(|t| t - start_s).collect(),
             values: self.values[from..=to].to_vec(),
+            means: self.means,
         })
     }
 

@@ -6,14 +6,16 @@ use super::series::MotionSeries;
 /// Longest period that counts as waves by default, s. The filter halves the power there. A swell of 15 s loses 0.4 % of its
 /// amplitude, one of 20 s 4 %; of motion of 300 s, 1.4 % stays. Half of it takes a quarter of a swell of 15 s.
 pub const LONGEST_PERIOD_S: f64 = 60.0;
+/// Share of the slow part's range below which the rest is its rounding errors: a million times those of double precision.
+const ROUNDING_SHARE: f64 = 1e-9;
 /// Blocks per longest period: the slow part is averaged block by block. An eighth of the kernel's standard deviation.
 const BLOCKS: f64 = 64.0;
 
 impl MotionSeries {
     /// The series without heave of longer periods than the given one, and the range of that slow part from its lowest to its
     /// highest, m. The slow part is a straight line and the mean of the rest, weighted by a Gaussian that halves the power at
-    /// that period; without the line, a steady drift would remain near the ends. The whole series, and no range, where the series
-    /// is not longer than the period.
+    /// that period; without the line, a steady drift would remain near the ends. A rest of rounding errors becomes 0. The whole
+    /// series, and no range, where the series is not longer than the period.
     #[must_use]
     pub fn without_slow_heave(&self, longest_period_s: f64) -> (Self, Option<f64>) {
         if !(longest_period_s < self.duration_s()) {
@@ -38,7 +40,12 @@ impl MotionSeries {
             highest = slow_m.max(highest);
             values[row][HEAVE] -= slow_m;
         }
-        (self.with_values(values), Some(highest - lowest))
+        let range_m = highest - lowest;
+        let most_m = values.iter().fold(0.0, |m: f64, v| m.max(v[HEAVE].abs()));
+        if most_m < ROUNDING_SHARE * range_m {
+            values.iter_mut().for_each(|value| value[HEAVE] = 0.0);
+        }
+        (self.with_values(values), Some(range_m))
     }
 
     /// The means of a heave in blocks of the given length, at the mean times of their rows.
@@ -125,6 +132,29 @@ mod tests {
             (difference / 2.0 - (1.0 - 0.5_f64.sqrt())).abs() < 2e-3,
             "{difference}"
         );
+    }
+
+    #[test]
+    fn regress_a_steady_drift_leaves_neither_waves_nor_noise_nor_faults() {
+        let times_s: Vec<f64> = (0..2000).map(|i| 0.1 * f64::from(i)).collect();
+        let values = times_s.iter().map(|t| [0.0, 0.0, 0.02 * t, 0.0, 0.0]);
+        let drift = MotionSeries::of(times_s.clone(), values.collect());
+        let (waves, range_m) = drift.without_slow_heave(LONGEST_PERIOD_S);
+        // Rounding of 4 m.
+        assert!((range_m.unwrap() - 0.02 * times_s[1999]).abs() < 1e-9);
+        assert!(waves.values().iter().all(|v| v[HEAVE] == 0.0));
+        assert_eq!(drift.noise().sd_m, 0.0);
+        assert_eq!(drift.cutoff_of_noise_hz(), None);
+        assert_eq!(drift.faults(&waves, None), []);
+        // Waves of 1 µm on it stay: a millionth of a metre is no rounding of 4 m.
+        let mut ripple = drift.values().to_vec();
+        for (value, t) in ripple.iter_mut().zip(&times_s) {
+            value[HEAVE] += 1e-6 * (TAU * t / 8.0).sin();
+        }
+        let (waves, _) = drift
+            .with_values(ripple)
+            .without_slow_heave(LONGEST_PERIOD_S);
+        assert!(waves.significant_height_m() > 1e-6);
     }
 
     #[test]
