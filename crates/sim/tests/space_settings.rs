@@ -6,7 +6,7 @@ use touchdown_sim::body::contact::LegSettings;
 use touchdown_sim::body::plant::{PlantSettings, Surface};
 use touchdown_sim::body::rigid::{Disturbance, RigidState, RigidVehicle};
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::landing::space::{SpaceLander, SpaceScenario, land};
+use touchdown_sim::landing::space::{SpaceLander, SpaceScenario, WeakRotor, land};
 
 type Change = fn(&mut SpaceScenario);
 
@@ -94,6 +94,20 @@ fn prop_tags_lie_on_the_plate_that_is_there() {
         s.plant.surface = Surface::Ground;
         s.sensors.tag.sizes_m = vec![1.3];
     });
+}
+
+#[test]
+fn prop_a_fault_takes_thrust_and_gives_none() {
+    refused(
+        |s| {
+            s.faults.rotor = Some(WeakRotor {
+                rotor: 0,
+                share: 1.5,
+                from_s: 0.0,
+            });
+        },
+        &["`faults.rotor.share`", "found 1.5"],
+    );
 }
 
 #[test]

@@ -68,7 +68,7 @@ pub struct NanBurst {
 pub struct WeakRotor {
     /// Which rotor, 0 to 3.
     pub rotor: usize,
-    /// Remaining share of its thrust.
+    /// Remaining share of its thrust, 0 to 1.
     pub share: f64,
     /// Start of the fault, s.
     pub from_s: f64,
@@ -152,7 +152,7 @@ impl FaultSettings {
         check::within("extra_latency_s", self.extra_latency_s, 0.0, 0.25)?;
         if let Some(rotor) = &self.rotor {
             check::within("rotor.rotor", rotor.rotor as f64, 0.0, 3.0)?;
-            check::within("rotor.share", rotor.share, 0.0, 1.5)?;
+            check::within("rotor.share", rotor.share, 0.0, 1.0)?;
             check::not_negative("rotor.from_s", rotor.from_s)?;
         }
         if let Some(gust) = &self.gust {
