@@ -111,6 +111,18 @@ fn prop_a_fault_takes_thrust_and_gives_none() {
 }
 
 #[test]
+fn prop_beliefs_that_are_refused_have_the_keys_of_the_scenario() {
+    refused(
+        |s| s.believed.mass_kg = Some(3.0),
+        &["`believed.mass_kg`", "full throttle", "found 3"],
+    );
+    refused(
+        |s| s.believed.torque_per_thrust_m = Some(-1.0),
+        &["`believed.torque_per_thrust_m`", "found -1"],
+    );
+}
+
+#[test]
 fn prop_legs_that_do_not_carry_or_shake_apart_are_refused() {
     refused(
         |s| s.legs.stiffness_n_per_m = 60.0,

@@ -295,7 +295,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                     "lander.hold_height_m",
                     self.state_machine.hold_height_m,
                     self.state_machine.hold_height_m <= planner.reach_m(),
-                    "a height from which a descent ends within planner.horizon_s",
+                    "a height from which a descent ends within `planner.horizon_s`",
                 )?;
             }
             Descent::Straight(reference) => reference.validate()?,

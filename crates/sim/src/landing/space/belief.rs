@@ -124,6 +124,26 @@ pub fn thrust_to_weight(plant: &PlantSettings) -> Result<f64, SimError> {
     Ok(motor.rest(1.0).powi(2) / plant.weight_n())
 }
 
+/// The error of a vehicle as one of the belief, whose keys are not divided into `plant` and `body`.
+fn of_belief(error: SimError) -> SimError {
+    match error {
+        SimError::Setting {
+            key,
+            expected,
+            found,
+        } => {
+            let of_part = ["plant.", "body."].iter().find_map(|s| key.strip_prefix(s));
+            SimError::Setting {
+                key: of_part.unwrap_or(&key).to_owned(),
+                expected,
+                found,
+            }
+            .in_section("believed")
+        }
+        other => other,
+    }
+}
+
 impl SpaceScenario {
     /// The belief with every value that is absent taken from the stated vehicle.
     #[must_use]
@@ -155,7 +175,7 @@ impl SpaceScenario {
                 .unwrap_or(body.torque_per_thrust_m),
             ..*body
         };
-        RigidVehicle::new(&self.believed_plant(), &body).map_err(|e| e.in_section("believed"))
+        RigidVehicle::new(&self.believed_plant(), &body).map_err(of_belief)
     }
 
     /// The plant that is believed: mass, rotors and motors.

@@ -83,7 +83,7 @@ pub(super) fn cannot_be_flown(error: &SettingsError) -> SimError {
             key,
             expected,
             found,
-        } => fail(key, expected, found),
+        } => fail(key, &by_keys_of_scenario(expected), found),
         SettingsError::Order {
             lower_key,
             lower,
@@ -132,6 +132,16 @@ fn key_of_scenario(key: &str) -> String {
     }
 }
 
+/// A text in which the keys, between backquotes, are those of the scenario.
+fn by_keys_of_scenario(text: &str) -> String {
+    let parts = text.split('`').enumerate();
+    let parts = parts.map(|(i, part)| match i % 2 {
+        0 => part.to_owned(),
+        _ => format!("`{}`", key_of_scenario(part)),
+    });
+    parts.collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,6 +177,10 @@ mod tests {
             (
                 |s| s.control.gains.k_p = -4.0,
                 "setting `control.gains.k_p`: expected",
+            ),
+            (
+                |s| s.control.state_machine.hold_height_m = 50.0,
+                "setting `control.lander.hold_height_m`: expected a height from which a descent ends within `control.planning.horizon_s`",
             ),
         ] {
             let error = refused(change);
