@@ -97,6 +97,32 @@ fn prop_tags_lie_on_the_plate_that_is_there() {
 }
 
 #[test]
+fn prop_feet_find_room_on_the_plate_that_is_there() {
+    // Corners of a square at 0.15 m from its centre: its sides are 0.212 m.
+    let narrow: Change = |s| {
+        s.plant.plate_side_m = 0.21;
+        s.sensors.tag.sizes_m = vec![0.1];
+    };
+    let words = [
+        "legs.radius_m",
+        "plant.plate_side_m",
+        "0.21",
+        "0.148",
+        "found 0.15",
+    ];
+    refused(narrow, &words);
+    taken(|s| {
+        s.plant.plate_side_m = 0.213;
+        s.sensors.tag.sizes_m = vec![0.1];
+    });
+    // The ground has no edge.
+    taken(|s| {
+        s.plant.surface = Surface::Ground;
+        s.plant.plate_side_m = 0.21;
+    });
+}
+
+#[test]
 fn prop_a_fault_takes_thrust_and_gives_none() {
     refused(
         |s| {

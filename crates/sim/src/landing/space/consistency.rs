@@ -1,8 +1,11 @@
 //! Whether the parts of a scenario fit each other.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use super::scenario::SpaceScenario;
 use crate::STEP_S;
 use crate::body::contact::DEEPEST_M;
+use crate::body::plant::Surface;
 use crate::check::that;
 use crate::error::SimError;
 use touchdown_lander::settings::DescentShape;
@@ -16,7 +19,23 @@ const LANDED_M: f64 = 0.01;
 /// Checks what no part can check by itself; every part is valid.
 pub(super) fn check(scenario: &SpaceScenario) -> Result<(), SimError> {
     legs(scenario)?;
+    feet(scenario)?;
     heights(scenario)
+}
+
+/// The feet, corners of a square, find room on a plate: a square fits there where its diagonal is no longer than the plate's.
+fn feet(scenario: &SpaceScenario) -> Result<(), SimError> {
+    let (plant, radius_m) = (&scenario.plant, scenario.legs.radius_m);
+    if plant.surface == Surface::Ground {
+        return Ok(());
+    }
+    let side_m = plant.plate_side_m;
+    let most_m = side_m * FRAC_1_SQRT_2;
+    let expected = format!(
+        "a circle of feet that finds room on the deck, a plate of the side `plant.plate_side_m` = {side_m:.3} m: a radius of at most \
+         {most_m:.3} m"
+    );
+    that(radius_m <= most_m, "legs.radius_m", &expected, radius_m)
 }
 
 /// The legs carry the weight, and are not too stiff for the step of the integration.
