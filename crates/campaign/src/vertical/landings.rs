@@ -30,7 +30,7 @@ pub struct LandingFigures {
     pub v_l_mps: Option<Summary>,
     /// Total variation of the relative height, over landed trials (m).
     pub s_l_m: Option<Summary>,
-    /// Mean height over the last seconds, over trials that did not land (m).
+    /// Mean height over the last seconds, over trials that timed out in a hover (m).
     pub hover_height_m: Option<Summary>,
 }
 

@@ -1,5 +1,6 @@
 //! One landing: vehicle, air, deck, sensors and delays around a controller.
 
+mod hover;
 mod scenario;
 
 use serde::Serialize;
@@ -19,11 +20,10 @@ use crate::random::{Purpose, Stream};
 use crate::sensors::FlightSensorSettings;
 use crate::sensors::history::History;
 
-pub use scenario::{LandingScenario, NominalStart, SpreadSettings};
+use hover::HoverWindow;
 
-/// Averaging time of the hover height at the end of a landing, s: 33 correlation times of
-/// the turbulence, so that it averages out. The value does not affect the landing itself.
-pub const HOVER_WINDOW_S: f64 = 5.0;
+pub use hover::HOVER_WINDOW_S;
+pub use scenario::{LandingScenario, NominalStart, SpreadSettings};
 
 /// How a trial ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -67,7 +67,8 @@ pub struct Landing {
     pub s_l_m: f64,
     /// Height above the deck at the end, m.
     pub final_height_m: f64,
-    /// Mean height over the last [`HOVER_WINDOW_S`] of a trial that timed out, m.
+    /// Mean height over the last [`HOVER_WINDOW_S`] of a trial that timed out in a hover, m; absent where it still came
+    /// down or climbed.
     pub hover_height_m: Option<f64>,
     /// The record, if asked for.
     pub trace: Option<LandingTrace>,
@@ -396,8 +397,7 @@ pub fn land_on(
 ) -> Result<Landing, SimError> {
     let mut flight = Flight::new(scenario, measured, trial_index, seed, record)?;
     let steps = steps_of(scenario.timeout_s);
-    let hover_from = steps.saturating_sub(steps_of(HOVER_WINDOW_S));
-    let mut hover_sum_m = 0.0;
+    let mut hover = HoverWindow::of(steps);
     let mut end = None;
     for step in 0..steps {
         flight.control(step, controller);
@@ -405,12 +405,9 @@ pub fn land_on(
         if end.is_some() {
             break;
         }
-        if step >= hover_from {
-            hover_sum_m += flight.now.height_m();
-        }
+        hover.push(step, flight.now.height_m());
     }
     let (outcome, crossing) = end.unwrap_or((Outcome::TimedOut, None));
-    let hover_m = hover_sum_m / (steps - hover_from) as f64;
     Ok(Landing {
         trial_index,
         outcome,
@@ -418,7 +415,7 @@ pub fn land_on(
         v_l_mps: crossing.map(|(_, speed_mps)| speed_mps.abs()),
         s_l_m: flight.path_m,
         final_height_m: flight.now.height_m(),
-        hover_height_m: (outcome == Outcome::TimedOut).then_some(hover_m),
+        hover_height_m: hover.height_m().filter(|_| outcome == Outcome::TimedOut),
         trace: flight.trace,
     })
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use touchdown_campaign::csv;
+use touchdown_campaign::statistics::Summary;
 use touchdown_campaign::sweep::{CampaignResults, LandingRow, Sweep};
 use touchdown_reproduce::experiments::landing::MethodLandings;
 use touchdown_sim::landing::vertical::{Landing, Outcome};
@@ -45,18 +46,35 @@ pub(super) fn why_none_landed(m: &MethodLandings) -> Option<String> {
     if m.figures.landed > 0 {
         return None;
     }
-    let hover = m.figures.hover_height_m.map_or_else(String::new, |h| {
-        format!(
-            "; landings that timed out hovered at {:.3} m on average",
-            h.mean
-        )
-    });
     Some(format!(
-        "none of {} landings by {} landed: {}{hover}",
+        "none of {} landings by {} landed: {}{}",
         m.figures.trials,
         m.method.name(),
-        counted(m.landings.iter().map(reason_of_vertical))
+        counted(m.landings.iter().map(reason_of_vertical)),
+        at_timeout(&m.landings)
     ))
+}
+
+/// At which heights vertical landings timed out, those in a hover apart from the others; nothing where none timed out.
+fn at_timeout(landings: &[Landing]) -> String {
+    let timed_out = || landings.iter().filter(|l| l.outcome == Outcome::TimedOut);
+    let hovering = timed_out().filter_map(|l| l.hover_height_m).collect();
+    let moving = timed_out().filter(|l| l.hover_height_m.is_none());
+    let moving = moving.map(|l| l.final_height_m).collect();
+    let part = |heights_m: Vec<f64>, what: &str| {
+        let mean_m = Summary::of(&heights_m)?.mean;
+        let count = heights_m.len();
+        Some(format!("{count} {what} {mean_m:.3} m on average"))
+    };
+    let parts = [
+        part(hovering, "hovered at"),
+        part(moving, "were still moving when their time was up, at"),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    match parts.is_empty() {
+        true => String::new(),
+        false => format!("; of those that timed out {}", parts.join(", and ")),
+    }
 }
 
 /// How a vertical landing ended, in words.
@@ -153,6 +171,33 @@ fn counted(reasons: impl Iterator<Item = String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn analytic_heights_at_the_timeout_are_those_of_hovers_and_of_descents() {
+        let landing = |outcome, final_height_m, hover_height_m| Landing {
+            trial_index: 0,
+            outcome,
+            t_l_s: None,
+            v_l_mps: None,
+            s_l_m: 0.0,
+            final_height_m,
+            hover_height_m,
+            trace: None,
+        };
+        let crashed = landing(Outcome::Crashed, 0.1, None);
+        let hovering = landing(Outcome::TimedOut, 0.3, Some(0.15));
+        let [high, low] = [0.5, 0.4].map(|m| landing(Outcome::TimedOut, m, None));
+        assert_eq!(at_timeout(std::slice::from_ref(&crashed)), "");
+        let moving = "2 were still moving when their time was up, at 0.450 m on average";
+        assert_eq!(
+            at_timeout(&[high.clone(), low.clone()]),
+            format!("; of those that timed out {moving}")
+        );
+        assert_eq!(
+            at_timeout(&[high, crashed, hovering, low]),
+            format!("; of those that timed out 1 hovered at 0.150 m on average, and {moving}")
+        );
+    }
 
     #[test]
     fn analytic_the_most_frequent_reason_comes_first() {
