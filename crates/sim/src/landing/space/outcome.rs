@@ -45,7 +45,7 @@ pub enum SpaceOutcome {
         /// Why.
         reason: Option<Reason>,
     },
-    /// Neither by the end of the time.
+    /// None of these by the end of the time: in flight, or on the deck with its rotors stopped for less than `watch_s`.
     TimedOut,
 }
 
