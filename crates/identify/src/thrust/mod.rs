@@ -1,6 +1,7 @@
 //! Throttle to thrust: static maps, lags, eq. (7) and eq. (8).
 
 mod choice;
+mod credible;
 mod first_order;
 mod free_run;
 mod lagged;
@@ -55,13 +56,14 @@ const MOST_OF_ONE_ROTOR_N: f64 = 200.0;
 /// a warning.
 ///
 /// # Errors
-/// A channel that the form needs and that a trial lacks, or too few data.
+/// A channel that the form needs and that a trial lacks, a value that no channel has, or too few data.
 pub fn fit(
     trials: &[Trial],
     settings: &IdentificationSettings,
     origin: &Origin,
 ) -> Result<FittedCard> {
     for trial in trials {
+        credible::check(trial)?;
         sign::check(trial, &throttle(trial)?)?;
     }
     let (measured, slow_sensor) = measured_thrust(trials)?;
