@@ -22,7 +22,7 @@ pub(super) const SLOWEST_PERIOD_S: f64 = 0.05;
 const MOST_EXCESS: f64 = 1.05;
 
 /// Share of the greatest thrust below which errors are equal: no load cell shows it.
-const FINEST: f64 = 1e-4;
+pub(super) const FINEST: f64 = 1e-4;
 
 /// Why a form that was fitted has no error on held-out parts.
 const DIVERGES: &str = "its free run diverges on a part held out";

@@ -3,6 +3,7 @@
 mod choice;
 mod credible;
 mod first_order;
+mod follows;
 mod free_run;
 mod lagged;
 mod library;
@@ -56,7 +57,8 @@ const MOST_OF_ONE_ROTOR_N: f64 = 200.0;
 /// a warning.
 ///
 /// # Errors
-/// A channel that the form needs and that a trial lacks, a value that no channel has, or too few data.
+/// A channel that the form needs and that a trial lacks, a value that no channel has, a thrust that does not follow the
+/// throttle, or too few data.
 pub fn fit(
     trials: &[Trial],
     settings: &IdentificationSettings,
@@ -66,6 +68,7 @@ pub fn fit(
         credible::check(trial)?;
         sign::check(trial, &throttle(trial)?)?;
     }
+    follows::check_changes(trials)?;
     let (measured, slow_sensor) = measured_thrust(trials)?;
     let trials = &measured[..];
     let (candidate, forms) = match settings.thrust.form {

@@ -23,6 +23,9 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
     write_log(&path("huge.csv"), 3000, |i| {
         format!("{},0.{},{}e300", 0.01 * i as f64, i % 7, 1 + i % 7)
     });
+    write_log(&path("constant.csv"), 3000, |i| {
+        format!("{},0.{},5", 0.01 * i as f64, i % 7)
+    });
     write_log(&path("header.csv"), 0, rotor_row);
     std::fs::write(path("empty.csv"), "").unwrap();
     std::fs::write(path("numbers.csv"), "0,1\n1,2\n").unwrap();
@@ -45,6 +48,7 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
             "huge.csv",
             "values of `thrust_n` of at most 1e9, found 1e300 in row 0 (from 0)",
         ),
+        ("constant.csv", "thrust does not follow the throttle"),
     ] {
         let error = fails(1, fit(log, &[]));
         assert!(error.contains(what), "{log}: {error}");
