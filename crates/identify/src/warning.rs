@@ -66,6 +66,13 @@ pub enum Warning {
         /// Greatest thrust (N).
         most_n: f64,
     },
+    /// A thrust that falls while the throttle rises.
+    ThrottleInverted {
+        /// The lowest and the highest throttle.
+        throttle: [f64; 2],
+        /// The fitted thrust at rest at both (N).
+        thrust_n: [f64; 2],
+    },
     /// A log repeats the thrust of a slower sensor.
     ThrustRepeats {
         /// Time between measurements (s).
@@ -244,6 +251,14 @@ impl fmt::Display for Warning {
                 f,
                 "thrust of up to {most_n:.0} N from one rotor: is it in grams? Then write into the map: thrust_n = \
                  '9.80665e-3 * \"thrust_n\"' (with the log's own name of the column)"
+            ),
+            Self::ThrottleInverted {
+                throttle: [low, high],
+                thrust_n: [at_low_n, at_high_n],
+            } => write!(
+                f,
+                "thrust falls from {at_low_n:.2} N at throttle {low:.3} to {at_high_n:.2} N at {high:.3}: is the throttle inverted? \
+                 Then write into the map: throttle = '1 - \"throttle\"' (with the log's own name of the column)"
             ),
             Self::ThrustRepeats { period_s } => write!(
                 f,

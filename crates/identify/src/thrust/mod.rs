@@ -85,6 +85,9 @@ pub fn fit(
     let mut fitted = fit_form(trials, settings, candidate, origin)?;
     fitted.forms = forms;
     fitted.check_finite()?;
+    fitted
+        .warnings
+        .extend(follows::inverted(&fitted.card, trials));
     let rotors = MeasuredRotors::of(trials, &settings.vehicle);
     fitted.card.measured_rotors = rotors.in_card(&settings.vehicle);
     if rotors == MeasuredRotors::OneAssumed {
