@@ -78,6 +78,34 @@ fn analytic_gaps_and_words() {
 }
 
 #[test]
+fn prop_a_column_of_numbers_with_thousands_separators_is_named() {
+    let warned = |cells: &[&str]| {
+        let rows = cells.iter().enumerate();
+        let rows: String = rows.map(|(i, cell)| format!("{i},\"{cell}\"\n")).collect();
+        let (table, findings) = read(&format!("time_s,thrust_n\n{rows}"));
+        assert!(table.column("thrust_n").unwrap().is_text());
+        findings.warnings
+    };
+    assert_eq!(
+        warned(&["13,307.3", "1,238.1", "ends"]),
+        [
+            "column \"thrust_n\" was taken for text: most of its cells are numbers with thousands separators, the first in line 2: \
+             expected a number, found \"13,307.3\". Write its numbers without separators"
+        ]
+    );
+    assert!(warned(&["off", "1,238.1", "950.2", "1,200.0"])[0].contains("line 3"));
+    // Notes, names, addresses and versions are text.
+    for text in [
+        &["hover", "climb", "1,200 m"][..],
+        &["192.168.100.200", "192.168.100.201"],
+        &["1.234.567", "1.234.568"],
+        &["run 1", "1,200"],
+    ] {
+        assert_eq!(warned(text), [""; 0], "{text:?}");
+    }
+}
+
+#[test]
 fn analytic_stamps_become_seconds() {
     let (table, _) = read(
         "Timestamp,x\n2019-11-07 23:59:59:868,1\n2019-11-08 00:00:00:118,2\n,3\n2019-11-08 00:01:00:868,4\n",

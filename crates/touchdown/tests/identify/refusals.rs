@@ -220,6 +220,32 @@ fn prop_ground_effect_needs_a_thrust_card_and_its_channels() {
     assert!(fails(2, ground(&other, &[])).contains("key `schema`: expected 1, found 7"));
 }
 
+#[test]
+fn regress_a_thrust_with_thousands_separators_is_no_flight() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("stand.csv");
+    write_log(&log, 200, |i| {
+        let s = (i / 20) as f64 / 10.0;
+        format!("{},{s},\"1{},200.5\"", 0.01 * i as f64, i / 20)
+    });
+    let error = fails(2, words(&["identify", "thrust"], &[&log]));
+    assert!(
+        error.contains(
+            "expected numbers in the column \"thrust_n\", found text such as \"10,200.5\""
+        ),
+        "{error}"
+    );
+    assert!(!error.contains("mass"), "{error}");
+    for command in ["identify thrust", "inspect"] {
+        let command: Vec<&str> = command.split(' ').collect();
+        let told = text(&run(words(&command, &[&log])).stderr);
+        assert!(
+            told.contains("column \"thrust_n\" was taken for text") && told.contains("line 2"),
+            "{told}"
+        );
+    }
+}
+
 /// Ctrl-C while files are written leaves whole files and no temporary ones, and says that some are missing.
 #[cfg(unix)]
 #[test]

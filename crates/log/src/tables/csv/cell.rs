@@ -62,6 +62,40 @@ pub(crate) fn classify(cell: &[u8], comma: bool) -> Cell {
     parse_stamp(text).map_or(Cell::Text, Cell::Stamp)
 }
 
+/// Whether a text is a number with thousands separators: groups of three digits with a comma, an apostrophe or a blank
+/// between them. Points part versions and addresses too, and plain spaces part words: with them a number must have a
+/// decimal mark as well.
+pub(crate) fn has_thousands_separators(text: &str) -> bool {
+    let text = text.trim();
+    let text = text.strip_prefix(['+', '-']).unwrap_or(text);
+    let has_groups = |whole: &str, separator: char| {
+        let digits = |group: &str| group.bytes().all(|b| b.is_ascii_digit());
+        let Some((first, others)) = whole.split_once(separator) else {
+            return false;
+        };
+        (1..=3).contains(&first.len())
+            && digits(first)
+            && others
+                .split(separator)
+                .all(|group| group.len() == 3 && digits(group))
+    };
+    let with_decimal = |separator: char, decimal: char| {
+        text.split_once(decimal).is_some_and(|(whole, fraction)| {
+            has_groups(whole, separator) && fraction.bytes().all(|b| b.is_ascii_digit())
+        })
+    };
+    // An apostrophe, its typographic form, a no-break space and a narrow one separate nothing else within digits.
+    let only_of_numbers = ['\'', '\u{2019}', '\u{a0}', '\u{202f}'];
+    has_groups(text, ',')
+        || only_of_numbers.iter().any(|mark| has_groups(text, *mark))
+        || with_decimal(',', '.')
+        || with_decimal('.', ',')
+        || only_of_numbers
+            .iter()
+            .chain(&[' '])
+            .any(|mark| with_decimal(*mark, '.') || with_decimal(*mark, ','))
+}
+
 /// `2019-11-07 18:45:58:868`: year first, `-` or `/`, a space or `T`, seconds with a fraction
 /// after `.`, `,` or (three, six or nine digits) `:`, then nothing, `Z` or an offset such as
 /// `+02:00`. A stamp without an offset counts as UTC.
@@ -167,6 +201,40 @@ mod tests {
         }
         assert_eq!(classify(b"\xff\xfe", false), Cell::Text);
         assert_eq!(classify(b"1.5x", false), Cell::Text);
+    }
+
+    #[test]
+    fn analytic_numbers_with_thousands_separators_are_told_from_other_text() {
+        for number in [
+            "13,307.3",
+            " -1,234 ",
+            "1,234,567",
+            "13.307,3",
+            "1'234.5",
+            "1\u{2019}234",
+            "13\u{202f}307,3",
+            "13 307.3",
+            "1\u{a0}234",
+        ] {
+            assert!(has_thousands_separators(number), "{number}");
+        }
+        for text in [
+            "",
+            ",",
+            "13307.3",
+            "1,23",
+            "1234,567",
+            "1,2345",
+            ",123",
+            "192.168.100.200",
+            "1.234.567",
+            "640 480",
+            "1,234 N",
+            "a,123",
+            "12:30:45",
+        ] {
+            assert!(!has_thousands_separators(text), "{text}");
+        }
     }
 
     #[test]

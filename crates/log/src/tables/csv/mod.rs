@@ -1,6 +1,7 @@
 //! Text tables: a header, then rows of cells.
 
 mod cell;
+mod column;
 mod layout;
 mod parts;
 mod preamble;

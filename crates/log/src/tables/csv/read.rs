@@ -1,12 +1,10 @@
 use super::cell::{Cell, classify};
+use super::column::{ColumnContent, RawColumn};
 use super::layout::{Layout, Line, layout, split};
 use crate::hashing::sha256;
-use crate::{Column, ColumnKind, Findings, LogError, Table};
+use crate::{Column, Findings, LogError, Table};
 use std::io::Read;
 use std::path::Path;
-
-/// Longest example of a text cell that is kept, in characters.
-const EXAMPLE_CHARS: usize = 40;
 
 /// Reads a text table, and counts faulty rows and gaps.
 ///
@@ -19,7 +17,7 @@ const EXAMPLE_CHARS: usize = 40;
 /// - empty cells, `nan` and words such as `n/a` as gaps; `true` and `false` as 1 and 0.
 ///
 /// Date-time stamps such as `2019-11-07 18:45:58:868` become seconds from the first one. A column
-/// with more text than numbers is kept as text, without values. Decimal commas are read where a
+/// with more text than numbers is kept as text, without values; a warning names one of numbers with thousands separators. Decimal commas are read where a
 /// comma does not separate cells, with a warning.
 ///
 /// The columns of a table without a header are called `c1`, `c2`, …, with a warning: a row of numbers is never a
@@ -65,30 +63,6 @@ pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError
         columns: part.columns,
     };
     Ok((table, findings))
-}
-
-/// A cell that is not a plain number.
-enum OtherCell {
-    Stamp(i64),
-    Text(String),
-}
-
-#[derive(Default)]
-struct RawColumn {
-    values: Vec<f64>,
-    numbers: usize,
-    stamps: usize,
-    texts: usize,
-    /// By position among the rows taken.
-    odd: Vec<(usize, OtherCell)>,
-}
-
-/// Type of a column, if known; for stamps also the first one, in ns.
-#[derive(Clone, Copy, PartialEq)]
-enum ColumnContent {
-    Numbers,
-    Stamps(Option<i64>),
-    Texts,
 }
 
 /// A table that is read in one part or in several.
@@ -260,9 +234,24 @@ impl PartReader<'_> {
         let units = self.first_is_text && last.is_none();
         let raw = std::mem::take(&mut self.columns).into_iter();
         let known = self.reading.names.iter().zip(&mut self.reading.held);
+        let warnings = &mut self.reading.findings.warnings;
         let mut columns: Vec<Column> = raw
             .zip(known)
-            .map(|(raw, (name, held))| raw.finish(name.clone(), held, units, &mut bad))
+            .map(|(raw, (name, held))| {
+                let separated = match held {
+                    None => raw.first_with_separators(),
+                    Some(_) => None,
+                };
+                let column = raw.finish(name.clone(), held, units, &mut bad);
+                if let (true, Some((position, found))) = (column.is_text(), separated) {
+                    let line = self.taken[position].1;
+                    warnings.push(format!(
+                        "column {name:?} was taken for text: most of its cells are numbers with thousands separators, the first in \
+                         line {line}: expected a number, found {found:?}. Write its numbers without separators"
+                    ));
+                }
+                column
+            })
             .collect();
         // Only a delimiter at the line's end makes a column without a name, which is always empty.
         columns.retain(|column| !column.name.is_empty() || column.has_content());
@@ -298,114 +287,6 @@ impl PartReader<'_> {
         TablePart {
             row_numbers: kept.iter().map(|&i| self.taken[i].0).collect(),
             columns,
-        }
-    }
-}
-
-impl RawColumn {
-    fn push(&mut self, position: usize, kind: Cell, cell: &[u8]) {
-        let value = match kind {
-            Cell::Gap => f64::NAN,
-            Cell::Number(value) | Cell::CommaNumber(value) => {
-                self.numbers += 1;
-                value
-            }
-            Cell::Stamp(nanoseconds) => {
-                self.stamps += 1;
-                self.odd.push((position, OtherCell::Stamp(nanoseconds)));
-                f64::NAN
-            }
-            Cell::Text => {
-                self.texts += 1;
-                let example = String::from_utf8_lossy(cell);
-                let example = example.chars().take(EXAMPLE_CHARS).collect();
-                self.odd.push((position, OtherCell::Text(example)));
-                f64::NAN
-            }
-        };
-        self.values.push(value);
-    }
-
-    /// Decides the type of the column, unless it is known. Notes in `bad` the faults of rows that do
-    /// not match it. With `units`, the first row may be one of units, and others follow in later parts.
-    fn finish(
-        mut self,
-        name: String,
-        held: &mut Option<ColumnContent>,
-        units: bool,
-        bad: &mut [Option<String>],
-    ) -> Column {
-        let mut blame = |position: usize, found: &str| {
-            bad[position]
-                .get_or_insert_with(|| format!("expected a number in {name:?}, found {found:?}"));
-        };
-        let unit = match self.odd.first() {
-            Some((0, OtherCell::Text(text))) => Some(text.clone()),
-            _ => None,
-        };
-        let is_unit =
-            units && self.numbers == 0 && matches!(&self.odd[..], [(0, OtherCell::Text(_))]);
-        let most = match is_unit {
-            true => 0,
-            false => self.numbers.max(self.stamps).max(self.texts),
-        };
-        let settled = held.unwrap_or(if self.texts == most {
-            ColumnContent::Texts
-        } else if self.stamps == most {
-            ColumnContent::Stamps(None)
-        } else {
-            ColumnContent::Numbers
-        });
-        let kind = match settled {
-            _ if most == 0 && held.is_none() => ColumnKind::Number,
-            ColumnContent::Texts => {
-                let example = self.odd.iter().find_map(|(_, odd)| match odd {
-                    OtherCell::Text(text) => Some(text.clone()),
-                    OtherCell::Stamp(_) => None,
-                });
-                self.values.fill(f64::NAN);
-                ColumnKind::Text {
-                    example: example.unwrap_or_default(),
-                }
-            }
-            ColumnContent::Stamps(mut origin) => {
-                for (position, value) in self.values.iter().enumerate() {
-                    if !value.is_nan() {
-                        blame(position, &value.to_string());
-                    }
-                }
-                for (position, odd) in &self.odd {
-                    match odd {
-                        OtherCell::Stamp(stamp) => {
-                            let origin = *origin.get_or_insert(*stamp);
-                            // Stamps centuries apart differ by more nanoseconds than an i64 can hold.
-                            let since = i128::from(*stamp) - i128::from(origin);
-                            self.values[*position] = since as f64 / 1e9;
-                        }
-                        OtherCell::Text(text) => blame(*position, text),
-                    }
-                }
-                *held = Some(ColumnContent::Stamps(origin));
-                ColumnKind::Stamp
-            }
-            ColumnContent::Numbers => {
-                for (position, odd) in &self.odd {
-                    match odd {
-                        OtherCell::Stamp(_) => blame(*position, "a date"),
-                        OtherCell::Text(text) => blame(*position, text),
-                    }
-                }
-                ColumnKind::Number
-            }
-        };
-        if most > 0 {
-            held.get_or_insert(settled);
-        }
-        Column {
-            unit: unit.filter(|_| !matches!(kind, ColumnKind::Text { .. })),
-            name,
-            kind,
-            values: self.values,
         }
     }
 }

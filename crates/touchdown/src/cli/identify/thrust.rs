@@ -91,10 +91,12 @@ impl Job<'_> {
     fn together(&self, card: &Path) -> Result<Done> {
         let logs = load::all_logs(self.context, &self.common.logs, self.map)?;
         let flights = logs.iter().all(flights::is_flight);
+        let as_read = load::once(logs.iter().flat_map(Log::warnings_by_log));
         let logs = logs
             .into_iter()
             .map(|log| flights::thrust_of_flight(log, self.settings, self.map))
-            .collect::<Result<Vec<Log>>>()?;
+            .collect::<Result<Vec<Log>>>()
+            .inspect_err(|_| self.warn(&as_read))?;
         self.context.stage("fitting", 1);
         let paths = &self.common.logs;
         let command_out = card.display().to_string();
@@ -203,10 +205,11 @@ impl Job<'_> {
         self.context.stage("fitting", logs.len() as u64);
         let fit = |(log, name): (Result<Log>, &String)| {
             let of_flight = log.as_ref().is_ok_and(flights::is_flight);
+            let as_read = log.as_ref().map_or(Vec::new(), Log::warnings_by_log);
             let log = log.and_then(|log| flights::thrust_of_flight(log, self.settings, self.map));
             let log = match log {
                 Ok(log) => log,
-                Err(error) => return (Vec::new(), Err(error)),
+                Err(error) => return (as_read, Err(error)),
             };
             let (trials, paths) = (from_ref(&log.trial), from_ref(&log.path));
             let fit = self.fit(trials, paths, &card_file(name), of_flight);
