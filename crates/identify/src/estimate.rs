@@ -6,8 +6,7 @@ use sindy::Gram;
 use sindy::statistics::regression::{ClusterErrors, Clusters, cluster_errors};
 use sindy::trajectory::shooting::Refined;
 use touchdown_model::card::Term;
-
-use crate::unit;
+use touchdown_model::unit;
 
 /// A value with its standard error and 95 % confidence interval; both are NaN where they are not known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

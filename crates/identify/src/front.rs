@@ -5,12 +5,11 @@ use serde::Serialize;
 use sindy::choose::select::select;
 use sindy::solve::exact::MAX_TERMS;
 use sindy::{Gram, Library, Outcome};
-use touchdown_model::Card;
+use touchdown_model::{Card, unit};
 
 use super::estimate::{Estimate, term};
 use super::settings::IdentificationSettings;
 use super::sparse_fit::{self, SparseFit};
-use super::unit;
 use crate::error::Result;
 
 /// The best subset of every size.

@@ -29,7 +29,6 @@ pub mod scores;
 pub mod settings;
 mod sparse_fit;
 pub mod thrust;
-mod unit;
 pub mod validation;
 pub mod warning;
 

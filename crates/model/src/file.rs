@@ -8,6 +8,7 @@ use touchdown_files::TomlError;
 
 use crate::card::{Card, SCHEMA, Term};
 use crate::error::CardError;
+use crate::unit;
 
 impl Card {
     /// Reads a card.
@@ -77,7 +78,7 @@ impl Card {
         })
     }
 
-    /// Checks what the types cannot: finite numbers, ordered ranges, expressions that parse, positive
+    /// Checks what the types cannot: finite numbers, ordered ranges, expressions that parse, units of the terms, positive
     /// mass.
     ///
     /// # Errors
@@ -109,6 +110,14 @@ impl Card {
         }
         for (i, term) in self.terms.iter().enumerate() {
             check_term(file, &format!("terms[{i}]"), term)?;
+            if let Some(unit) = unit::fault(&term.of, &term.expression, &term.unit) {
+                let found = format!("`{}`", term.unit);
+                let expected = format!(
+                    "`{unit}`, the unit of `{}` in `{}`",
+                    term.expression, term.of
+                );
+                return bad(file, format!("terms[{i}].unit"), &expected, &found);
+            }
         }
         for (i, term) in self.terms.iter().enumerate() {
             check_expression(file, format!("terms[{i}].expression"), &term.expression)?;

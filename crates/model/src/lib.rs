@@ -24,6 +24,7 @@
 //! | [`file`](mod@file) | reading and writing, with errors that name file, line and key |
 //! | [`flight`] | card to flight model |
 //! | [`published`] | the published models that ship with the toolkit |
+//! | [`unit`] | units of coefficients |
 
 pub mod card;
 pub mod catalogue;
@@ -33,6 +34,7 @@ pub mod export;
 pub mod file;
 pub mod flight;
 pub mod published;
+pub mod unit;
 
 pub use card::{Card, Form, Kind, Mark, Status, Term};
 pub use error::CardError;

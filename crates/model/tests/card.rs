@@ -140,6 +140,13 @@ fn prop_errors_name_file_key_expected_and_found() {
         mass.contains("vehicle.mass_kg") && mass.contains("-1.37"),
         "{mass}"
     );
+    let unit = error(&text.replacen("unit = \"1\"", "unit = \"kN\"", 1)).to_string();
+    assert!(
+        unit.contains(
+            "my.toml: key `terms[0].unit`: expected `s`, the unit of `1` in `tau`, found `kN`"
+        ),
+        "{unit}"
+    );
     let expression = error(&text.replace("\"psi1\"", "\"psi1 +\"")).to_string();
     assert!(expression.contains("psi1 +"), "{expression}");
     assert!(matches!(

@@ -1,7 +1,7 @@
 //! Forms with one lag, fitted by output error: eq. (7), the root of thrust behind a lag, and a lag on every motor's throttle.
 
 use touchdown_model::card::{Card, Mark, Term};
-use touchdown_model::{Form, Kind};
+use touchdown_model::{Form, Kind, unit};
 use touchdown_trial::Trial;
 
 use super::free_run::signal::Between;
@@ -14,7 +14,6 @@ use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, range, score, unconverged};
 use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings, ThrustForm};
-use crate::unit;
 use crate::warning::Warning;
 
 /// The constant of a card that says whether its throttle is held between samples (1) or a straight line (0).

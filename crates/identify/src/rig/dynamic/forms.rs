@@ -2,14 +2,13 @@
 
 use sindy::trajectory::shooting::Parameter;
 use touchdown_flight::ground_effect::Ratio;
-use touchdown_model::Form;
+use touchdown_model::{Form, unit};
 
 use super::{DynamicForm, Place};
 use crate::error::{Error, Result};
 use crate::rig::GroundTrial;
 use crate::rig::statics::{StaticMap, psi};
 use crate::settings::IdentificationSettings;
-use crate::unit;
 
 /// Rate at which the searches start: a wake lag of 0.25 s.
 /// The middle of the lags of small rotors in the logarithm; the search is free from there.
