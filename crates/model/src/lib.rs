@@ -24,7 +24,7 @@
 //! | [`file`](mod@file) | reading and writing, with errors that name file, line and key |
 //! | [`flight`] | card to flight model |
 //! | [`published`] | the published models that ship with the toolkit |
-//! | [`unit`] | units of coefficients |
+//! | [`unit`](mod@unit) | units of coefficients |
 
 pub mod card;
 pub mod catalogue;
