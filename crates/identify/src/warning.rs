@@ -73,6 +73,13 @@ pub enum Warning {
         /// The fitted thrust at rest at both (N).
         thrust_n: [f64; 2],
     },
+    /// Single thrusts that no rotor explains, left out.
+    ThrustSpikes {
+        /// How many.
+        count: usize,
+        /// Time of the first (s).
+        at_s: f64,
+    },
     /// A log repeats the thrust of a slower sensor.
     ThrustRepeats {
         /// Time between measurements (s).
@@ -259,6 +266,10 @@ impl fmt::Display for Warning {
                 f,
                 "thrust falls from {at_low_n:.2} N at throttle {low:.3} to {at_high_n:.2} N at {high:.3}: is the throttle inverted? \
                  Then write into the map: throttle = '1 - \"throttle\"' (with the log's own name of the column)"
+            ),
+            Self::ThrustSpikes { count, at_s } => write!(
+                f,
+                "{count} thrusts leap away and back faster than any rotor, the first at {at_s:.3} s: spikes of the load cell, left out"
             ),
             Self::ThrustRepeats { period_s } => write!(
                 f,

@@ -15,6 +15,7 @@ mod repeats;
 mod rotor;
 mod search;
 mod sign;
+mod spikes;
 mod statics;
 
 pub use first_order::first_order;
@@ -26,6 +27,7 @@ use free_run::signal::{Between, lagged as lagged_signal, unfolded};
 use measured_rotors::MeasuredRotors;
 use output_error::{HELD, LagFit, LagForm};
 use repeats::measured_thrust;
+use spikes::without_spikes;
 
 use std::ops::Range;
 
@@ -69,7 +71,8 @@ pub fn fit(
         sign::check(trial, &throttle(trial)?)?;
     }
     follows::check_changes(trials)?;
-    let (measured, slow_sensor) = measured_thrust(trials)?;
+    let (cleaned, spikes) = without_spikes(trials)?;
+    let (measured, slow_sensor) = measured_thrust(&cleaned)?;
     let trials = &measured[..];
     let (candidate, forms) = match settings.thrust.form {
         Some(form) => {
@@ -93,7 +96,9 @@ pub fn fit(
     if rotors == MeasuredRotors::OneAssumed {
         fitted.warnings.push(Warning::OneRotorAssumed);
     }
-    fitted.warnings.extend(slow_sensor);
+    fitted
+        .warnings
+        .extend(spikes.into_iter().chain(slow_sensor));
     let most_n = trials.iter().map(sign::most_n).fold(0.0, f64::max);
     if fitted.card.measured_rotors == Some(1) && most_n > MOST_OF_ONE_ROTOR_N {
         fitted.warnings.push(Warning::Grams { most_n });
