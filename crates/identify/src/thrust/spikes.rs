@@ -19,7 +19,9 @@ pub(super) fn without_spikes(trials: &[Trial]) -> Result<(Vec<Trial>, Option<War
     let mut out = trials.to_vec();
     let mut found: Option<(usize, f64)> = None;
     for trial in &mut out {
-        let Some(thrust_n) = trial.channel("thrust_n") else {
+        // That of a flight is of its accelerometer, which feels more than rotors.
+        let of_flight = trial.channel("specific_force_mps2").is_some();
+        let Some(thrust_n) = trial.channel("thrust_n").filter(|_| !of_flight) else {
             continue;
         };
         let rows = spikes(thrust_n);
@@ -128,5 +130,23 @@ mod tests {
         for few in [vec![], vec![1.0], vec![1.0, 9.0, 1.0], vec![3.0; 50]] {
             assert!(spikes(&few).is_empty(), "{few:?}");
         }
+    }
+
+    #[test]
+    fn analytic_spikes_of_a_stand_are_left_out_and_counted() {
+        let mut thrust = steps(2000, 100);
+        (thrust[500], thrust[900]) = (99.0, -40.0);
+        let stand = Trial::new("t", (0..2000).map(|i| 0.01 * f64::from(i)).collect()).unwrap();
+        let stand = stand.with_channel("thrust_n", thrust.clone()).unwrap();
+        let (out, told) = without_spikes(std::slice::from_ref(&stand)).unwrap();
+        let left = out[0].channel("thrust_n").unwrap();
+        assert!((0..2000).all(|i| left[i].is_nan() == (i == 500 || i == 900)));
+        let expected = Warning::ThrustSpikes {
+            count: 2,
+            at_s: 5.0,
+        };
+        assert_eq!(told.unwrap().to_string(), expected.to_string());
+        let flight = stand.with_channel("specific_force_mps2", thrust).unwrap();
+        assert!(without_spikes(&[flight]).unwrap().1.is_none());
     }
 }
