@@ -43,7 +43,7 @@ fn period_s(at: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// A trial with a row for each measurement of the thrust, and without the thrusts between. There the throttle is that of the row
-/// before, and other channels lie on lines.
+/// before, also of single motors, and other channels lie on lines.
 fn at_bends(trial: &Trial, bends: &[(f64, f64)]) -> Result<Trial> {
     let time = trial.time_s();
     // Time, place among the rows, and thrust.
@@ -65,12 +65,35 @@ fn at_bends(trial: &Trial, bends: &[(f64, f64)]) -> Result<Trial> {
             let (i, share) = (place.floor() as usize, place.fract());
             match name {
                 "thrust_n" => thrust_n,
-                "throttle" => values[i],
-                _ if share == 0.0 => values[i],
+                _ if share == 0.0 || name.starts_with("throttle") => values[i],
                 _ => values[i] + share * (values[i + 1] - values[i]),
             }
         };
         out.insert(name, rows.iter().map(of).collect())?;
     }
     Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_at_a_measurement_between_rows_throttles_are_held() {
+        let trial = Trial::new("t", vec![0.0, 1.0, 2.0]).unwrap();
+        let trial = trial
+            .with_channel("throttle_1", vec![0.2, 0.4, 0.8])
+            .unwrap()
+            .with_channel("battery_v", vec![16.0, 15.0, 14.0])
+            .unwrap()
+            .with_channel("thrust_n", vec![1.0, 2.0, 3.0])
+            .unwrap();
+        let out = at_bends(&trial, &[(0.5, 1.7), (2.0, 3.0)]).unwrap();
+        assert_eq!(out.time_s(), [0.0, 0.5, 1.0, 2.0]);
+        assert_eq!(out.channel("throttle_1").unwrap(), [0.2, 0.2, 0.4, 0.8]);
+        assert_eq!(out.channel("battery_v").unwrap(), [16.0, 15.5, 15.0, 14.0]);
+        let thrust_n = out.channel("thrust_n").unwrap();
+        assert_eq!([thrust_n[1], thrust_n[3]], [1.7, 3.0]);
+        assert!(thrust_n[0].is_nan() && thrust_n[2].is_nan());
+    }
 }
