@@ -4,7 +4,7 @@ use touchdown_model::Card;
 use touchdown_trial::Trial;
 
 use super::choice::FINEST;
-use super::plateau::median;
+use super::plateau::{median, tenths};
 use super::{LEAST_MOTION, root_at_rest, throttle};
 use crate::error::{Error, Result};
 use crate::fitted::range;
@@ -47,12 +47,8 @@ pub(super) fn inverted(card: &Card, trials: &[Trial]) -> Option<Warning> {
     let volts = median(channel("battery_v").flatten().copied()).unwrap_or(f64::NAN);
     let roots = root_at_rest(card, &[low, high], &[volts; 2]).ok()?;
     let [at_low_n, at_high_n] = [roots[0], roots[1]].map(|x| x * x.abs());
-    let mut thrust: Vec<f64> = channel("thrust_n").flatten().copied().collect();
-    thrust.retain(|f| f.is_finite());
-    thrust.sort_by(f64::total_cmp);
-    // A tenth of the values at each end is left to gross outliers.
-    let spread_n = thrust.get(thrust.len() * 9 / 10)? - thrust.get(thrust.len() / 10)?;
-    (at_low_n - at_high_n > FALLS_BY * spread_n).then_some(Warning::ThrottleInverted {
+    let [least_n, most_n] = tenths(channel("thrust_n").flatten().copied())?;
+    (at_low_n - at_high_n > FALLS_BY * (most_n - least_n)).then_some(Warning::ThrottleInverted {
         throttle: [low, high],
         thrust_n: [at_low_n, at_high_n],
     })

@@ -72,7 +72,7 @@ pub fn fit(
     }
     follows::check_changes(trials)?;
     let (cleaned, spikes) = without_spikes(trials)?;
-    let (measured, slow_sensor) = measured_thrust(&cleaned)?;
+    let (measured, slow_sensor) = measured_thrust(cleaned)?;
     let trials = &measured[..];
     let (candidate, forms) = match settings.thrust.form {
         Some(form) => {

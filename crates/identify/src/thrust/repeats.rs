@@ -9,10 +9,9 @@ use crate::warning::Warning;
 
 /// The trials, with each thrust where it was measured and gaps elsewhere; a warning of the slowest sensor, if the log repeats its
 /// values or joins them by lines.
-pub(super) fn measured_thrust(trials: &[Trial]) -> Result<(Vec<Trial>, Option<Warning>)> {
-    let mut out = trials.to_vec();
+pub(super) fn measured_thrust(mut trials: Vec<Trial>) -> Result<(Vec<Trial>, Option<Warning>)> {
     let mut slowest: Option<(f64, Warning)> = None;
-    for trial in &mut out {
+    for trial in &mut trials {
         let Some(thrust_n) = trial.channel("thrust_n") else {
             continue;
         };
@@ -33,7 +32,7 @@ pub(super) fn measured_thrust(trials: &[Trial]) -> Result<(Vec<Trial>, Option<Wa
             slowest = Some((period_s, warning));
         }
     }
-    Ok((out, slowest.map(|(_, warning)| warning)))
+    Ok((trials, slowest.map(|(_, warning)| warning)))
 }
 
 /// The median time between two measurements, s.

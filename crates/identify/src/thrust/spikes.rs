@@ -2,14 +2,14 @@
 
 use touchdown_trial::Trial;
 
-use super::plateau::median;
+use super::plateau::{median, tenths};
 use crate::error::Result;
 use crate::warning::Warning;
 
 /// By how much a row differs from both neighbours, over what thrusts of the log differ by: a rotor with a lag does not go half of that
 /// way and back within three rows, unless the throttle is as fast as the rows.
 const LEAST_SHARE: f64 = 0.5;
-/// The same over the robust spread of such differences: those of noise and of a fast throttle are below five.
+/// The same over the robust spread of such differences. Other values were not measured.
 const LEAST_SPREADS: f64 = 12.0;
 /// A normal standard deviation over the median of its amounts.
 const OF_MEDIAN: f64 = 1.4826;
@@ -47,12 +47,7 @@ fn spikes(thrust_n: &[f64]) -> Vec<usize> {
     let known: Vec<usize> = (0..thrust_n.len())
         .filter(|&i| thrust_n[i].is_finite())
         .collect();
-    let mut sorted: Vec<f64> = known.iter().map(|&i| thrust_n[i]).collect();
-    sorted.sort_by(f64::total_cmp);
-    let (Some(high_n), Some(low_n)) = (
-        sorted.get(sorted.len() * 9 / 10),
-        sorted.get(sorted.len() / 10),
-    ) else {
+    let Some([low_n, high_n]) = tenths(thrust_n.iter().copied()) else {
         return Vec::new();
     };
     // The lesser difference of a row that lies beyond both neighbours, otherwise 0.
