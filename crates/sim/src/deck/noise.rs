@@ -46,13 +46,9 @@ impl MotionSeries {
     #[must_use]
     pub fn noise(&self) -> SeriesNoise {
         let heave = self.coordinate(HEAVE);
-        let [fourth, eighth] = ORDERS.map(|order| self.variance_of_differences(&heave, order));
         let (waves, _) = self.without_slow_heave(LONGEST_PERIOD_S);
         let rows_per_period = waves.mean_period_s().map(|s| s / self.step_s());
         let variance = (waves.significant_height_m() / 4.0).powi(2);
-        let beside_one_sea =
-            rows_per_period.map_or(fourth, |rows| beyond_waves(fourth, variance, rows));
-        let beside_a_tail = beside_a_tail(fourth, eighth, self.rows());
         if variance == 0.0 {
             // What differences of such a heave see is rounding of its slow part, or nothing.
             return SeriesNoise {
@@ -61,6 +57,10 @@ impl MotionSeries {
                 rows_per_period,
             };
         }
+        let [fourth, eighth] = ORDERS.map(|order| self.variance_of_differences(&heave, order));
+        let beside_one_sea =
+            rows_per_period.map_or(fourth, |rows| beyond_waves(fourth, variance, rows));
+        let beside_a_tail = beside_a_tail(fourth, eighth, self.rows());
         let rounding_m = rounding_sd_m(&heave);
         SeriesNoise {
             sd_m: beside_one_sea.min(beside_a_tail).sqrt().max(rounding_m),
