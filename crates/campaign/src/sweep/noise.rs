@@ -83,16 +83,7 @@ impl Sweep {
     /// # Errors
     /// A point whose settings make no scenario.
     pub fn noise_warnings(&self) -> Result<Vec<String>> {
-        let varied = |(key, _): &(String, _)| {
-            ["sensors", "control.relative"]
-                .iter()
-                .any(|of| key.starts_with(of))
-        };
-        let points = if self.grid().iter().any(varied) {
-            self.points()
-        } else {
-            1
-        };
+        let points = self.points_if_varied(&["sensors", "control.relative"]);
         let mut worst = BTreeMap::<&str, Noise>::new();
         for point in 0..points {
             for noise in noises(&self.scenario(point)?) {

@@ -263,6 +263,16 @@ impl Sweep {
             .product()
     }
 
+    /// The number of points to look at for what begins with one of `parts`: one, where the grid varies none of it.
+    pub(super) fn points_if_varied(&self, parts: &[&str]) -> u64 {
+        let varied = |(key, _): &(String, _)| parts.iter().any(|part| key.starts_with(part));
+        if self.grid.iter().any(varied) {
+            self.points()
+        } else {
+            1
+        }
+    }
+
     /// Landings at each point.
     #[must_use]
     pub fn trials(&self) -> u64 {

@@ -14,14 +14,8 @@ impl Sweep {
     /// # Errors
     /// A point whose settings make no scenario.
     pub fn steepness_warning(&self) -> Result<Option<String>> {
-        let varied = |(key, _): &(String, _)| key.starts_with("deck");
-        let points = if self.grid().iter().any(varied) {
-            self.points()
-        } else {
-            1
-        };
         let mut steepest: f64 = 0.0;
-        for point in 0..points {
+        for point in 0..self.points_if_varied(&["deck"]) {
             if let RigidMotion::Sea(sea) = &self.scenario(point)?.deck {
                 steepest = steepest.max(sea.spectrum.steepness());
             }
