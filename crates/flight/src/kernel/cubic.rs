@@ -58,7 +58,7 @@ fn rise_near<R: Real>(cubic: &[R; 4], near: R) -> Option<R> {
         }
         let newton = s - value(cubic, s) / slope;
         let step = newton - s;
-        // What is left of the value there.
+        // Value of the cubic after the step.
         let left = (c + steeper + d * step) * (step * step);
         let last = left.abs() <= R::EPSILON * s * slope;
         s = newton;

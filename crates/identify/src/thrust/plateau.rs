@@ -117,7 +117,7 @@ pub fn short_steps(trial: &Trial, settle_s: f64) -> Result<Option<f64>> {
     Ok(held_s.filter(|held_s| 2 * in_steps > rows.len() && *held_s < settle_s + LEAST_S))
 }
 
-/// The finite values that a tenth of them lies below, and above: gross outliers are beyond. None of no value.
+/// The first and the ninth decile of the finite values, which gross outliers hardly move; none without a value.
 pub(super) fn tenths(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let mut v: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     v.sort_by(f64::total_cmp);

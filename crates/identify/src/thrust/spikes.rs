@@ -6,8 +6,8 @@ use super::plateau::{median, tenths};
 use crate::error::Result;
 use crate::warning::Warning;
 
-/// By how much a row differs from both neighbours, over what thrusts of the log differ by: a rotor with a lag does not go half of that
-/// way and back within three rows, unless the throttle is as fast as the rows.
+/// Least difference of a row from both neighbours, over the spread of the thrust. A rotor with a lag does not change its thrust by half of the
+/// spread and back within three rows, unless the throttle changes in every row.
 const LEAST_SHARE: f64 = 0.5;
 /// The same over the robust spread of such differences. Other values were not measured.
 const LEAST_SPREADS: f64 = 12.0;
@@ -19,7 +19,7 @@ pub(super) fn without_spikes(trials: &[Trial]) -> Result<(Vec<Trial>, Option<War
     let mut out = trials.to_vec();
     let mut found: Option<(usize, f64)> = None;
     for trial in &mut out {
-        // That of a flight is of its accelerometer, which feels more than rotors.
+        // The thrust of a flight comes from its accelerometer, which also measures other forces.
         let of_flight = trial.channel("specific_force_mps2").is_some();
         let Some(thrust_n) = trial.channel("thrust_n").filter(|_| !of_flight) else {
             continue;

@@ -200,7 +200,7 @@ impl MotionSeries {
         let mut means = [0.0; 5];
         for axis in 0..5 {
             let first = values[0][axis];
-            // The rounded mean of equal values may differ from them, and scaling would make a motion of the difference.
+            // The mean of equal values is rounded. The rounding error must not be scaled to a motion.
             let mean = if values.iter().all(|v| v[axis] == first) {
                 first
             } else {

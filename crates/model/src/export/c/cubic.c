@@ -23,7 +23,7 @@ static bool rise_near(const REAL p[4], REAL near, REAL *rise)
         if (slope > R(0.0)) {
             const REAL newton = s - cubic_at(p, s) / slope;
             const REAL step = newton - s;
-            /* What is left of the value there is rounding. */
+            /* Value of the cubic after the step. */
             const REAL left = (p[2] + steeper + p[3] * step) * (step * step);
             found = fabsR(left) <= EPSILON * s * slope;
             s = newton;
