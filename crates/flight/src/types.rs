@@ -58,7 +58,7 @@ impl<R: Real> Measurement<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Command<R> {
-    /// Free-air thrust asked for, within the limits, N.
+    /// Free-air thrust of the throttle at rest, within the limits, N.
     pub thrust_n: R,
     /// Throttle σ to send, in [0, 1].
     pub throttle: R,

@@ -93,6 +93,7 @@ impl<R: Real, G: GroundEffect<R>> VerticalController<R, G> {
             gravity_mps2: self.gravity_mps2,
             law: &self.law,
             thrust: &self.thrust,
+            motor_lag_share: R::ONE,
             ground_effect: &self.ground_effect,
             limits: &self.limits,
         }

@@ -3,12 +3,14 @@
 use crate::common;
 
 use common::{GRAVITY, MASS_KG, WEIGHT_N, map};
-use touchdown_flight::Limits;
+use touchdown_flight::control::channel::{ChannelInput, VerticalChannel, ground_input};
 use touchdown_flight::control::{
-    Composite, ControlInput, Demand, Gains, Imbc, ImbcState, Saturation, Ssc, SscState,
+    Composite, ControlInput, Demand, Gains, Imbc, ImbcState, Law, Saturation, Ssc, SscState,
 };
-use touchdown_flight::ground_effect::Lift;
+use touchdown_flight::ground_effect::{GroundEffectModel, Lift};
 use touchdown_flight::reference::ReferencePoint;
+use touchdown_flight::thrust::{FirstOrder, ThrustModel};
+use touchdown_flight::{Limits, Measurement};
 
 fn hover(height_m: f64, relative_velocity_mps: f64, reference_m: f64) -> ControlInput<f64> {
     ControlInput {
@@ -242,4 +244,96 @@ fn analytic_ssc_filter() {
     assert!((law.demand(&state, &input, 0.01).thrust_n - expected).abs() < 1e-13);
     law.advance(&mut state, f64::NAN);
     assert_eq!(state.thrust_n, 12.0);
+}
+
+/// Time constant of the motors, s.
+const T_M_S: f64 = 0.06;
+
+/// Thrust and saturation while a vehicle at rest asks for a thrust that is `step` times its weight, from the weight on: after
+/// each of `steps` periods of `dt` seconds.
+fn asked(share: f64, step: f64, steps: u32, dt: f64) -> Vec<(f64, Saturation)> {
+    let thrust = ThrustModel::FirstOrder(FirstOrder {
+        c0: 5.0,
+        c1: 0.5,
+        t_m_s: T_M_S,
+    });
+    let gains = Gains {
+        k_i: 0.0,
+        ..Gains::default()
+    };
+    let channel = VerticalChannel {
+        mass_kg: MASS_KG,
+        gravity_mps2: GRAVITY,
+        law: &Law::Composite(Composite { gains }),
+        thrust: &thrust,
+        motor_lag_share: share,
+        ground_effect: &GroundEffectModel::None,
+        limits: &Limits::default(),
+    };
+    channel.validate().unwrap();
+    let measurement = Measurement::default();
+    let ground = ground_input(&measurement);
+    let input = ChannelInput {
+        measurement,
+        reference: ReferencePoint::default(),
+        deck_acceleration_mps2: GRAVITY * (step - 1.0),
+        disturbance_n: 0.0,
+        cos_tilt: 1.0,
+    };
+    let mut state = channel.initial(&ground, thrust.throttle_for(WEIGHT_N));
+    let period = |_| {
+        let lift = Lift::default();
+        let output = channel.command(&mut state, &input, lift, dt);
+        assert!(output.command.thrust_n <= Limits::<f64>::default().thrust_max_n);
+        channel.advance_models(&mut state, &ground, dt);
+        (state.thrust.thrust_n(), output.saturation)
+    };
+    (0..steps).map(period).collect()
+}
+
+#[test]
+fn analytic_thrust_follows_with_a_share_of_the_motors_lag() {
+    for step in [0.8, 1.2] {
+        for share in [1.0, 0.7, 0.5] {
+            // The time constant: what is left of the step of √T is 1/e.
+            let steps = 600.0 * share;
+            let found = asked(share, step, steps as u32, T_M_S / 600.0);
+            let left = (found.last().unwrap().0.sqrt() - (step * WEIGHT_N).sqrt())
+                / (WEIGHT_N.sqrt() - (step * WEIGHT_N).sqrt());
+            // Throttle is held over 1/600 of the time constant: at most 1/600 of what is left, e^-1, per time constant.
+            assert!((left - (-1.0_f64).exp()).abs() < 7e-4, "{share}: {left}");
+        }
+    }
+}
+
+#[test]
+fn analytic_no_swing_of_the_thrust_grows_at_half_of_the_lag() {
+    // Periods from a fifth to ten times the time constant: what is left of the step of √T after one is times 1 - 2 (1 - e^(-dt/T_m)).
+    for dt in [0.012, 0.06, 0.6] {
+        for step in [0.7, 1.2] {
+            let wanted = (step * WEIGHT_N).sqrt();
+            let mut left = WEIGHT_N.sqrt() - wanted;
+            for (thrust_n, saturation) in asked(0.5, step, 400, dt) {
+                left *= 2.0 * (-dt / T_M_S).exp() - 1.0;
+                // Roundings of 400 steps.
+                assert!((thrust_n.sqrt() - wanted - left).abs() < 1e-9);
+                assert_eq!(saturation, Saturation::No);
+            }
+        }
+    }
+}
+
+#[test]
+fn analytic_a_step_beyond_the_greatest_thrust_counts_as_limited() {
+    let greatest = Limits::<f64>::default().thrust_max_n / WEIGHT_N;
+    let step = 0.95 * greatest;
+    // √T would be led from 1 to 1 + 2 (√step - 1), which is beyond: the integral has to wait until the rotors follow.
+    let found = asked(0.5, step, 60, 0.01);
+    assert_eq!(found[0].1, Saturation::High);
+    assert_eq!(found[59].1, Saturation::No);
+    assert!(
+        asked(1.0, step, 60, 0.01)
+            .iter()
+            .all(|s| s.1 == Saturation::No)
+    );
 }

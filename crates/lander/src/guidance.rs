@@ -43,7 +43,7 @@ pub struct Guidance<R> {
     pub press_m: R,
     /// Age of position and velocity when the controller gets them, s.
     pub sensing_s: R,
-    /// Time from a command to the rotors' force, s.
+    /// Time from a command to the rotors' force, s: the command's delay and the time constant with which thrust follows.
     pub acting_s: R,
 }
 
@@ -78,7 +78,7 @@ pub enum GuidanceCommand<R> {
 }
 
 impl<R: Real> Default for Guidance<R> {
-    /// 0.5 m/s, 1 m/s² (away from the deck 3 m/s²), 40 N/s, 0.15 m; 20 ms and 70 ms.
+    /// 0.5 m/s, 1 m/s² (away from the deck 3 m/s²), 40 N/s, 0.15 m; 20 ms and 40 ms.
     fn default() -> Self {
         Self {
             climb_mps: r(0.5),
@@ -87,7 +87,7 @@ impl<R: Real> Default for Guidance<R> {
             idle_n_per_s: r(40.0),
             press_m: r(0.15),
             sensing_s: r(0.02),
-            acting_s: r(0.07),
+            acting_s: r(0.04),
         }
     }
 }

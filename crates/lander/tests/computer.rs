@@ -32,6 +32,7 @@ fn computer<R: Real>() -> Computer<R> {
         state_machine: StateMachine::default(),
         guidance: Guidance::default(),
         controller: SpaceController {
+            motor_lag_share: n(0.5),
             mass_kg: n(1.37),
             gravity_mps2: n(9.81),
             law: Law::Composite(Composite::default()),

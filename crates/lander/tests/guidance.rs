@@ -101,7 +101,7 @@ fn analytic_the_plan_is_followed_with_its_delays_and_pressed_on() {
         let order = guidance.step(&mut state, fly, Some(&said), &motion(0.5), deck, 0.01);
         let to = target(order);
         let t = 0.01 * f64::from(i);
-        let (sensed, acting) = (plan(2.5).at(t - 0.02), plan(2.5).at(t + 0.07));
+        let (sensed, acting) = (plan(2.5).at(t - 0.02), plan(2.5).at(t + 0.04));
         // A clock of hundreds of roundings.
         let lowest = sensed.height_m.max(0.1 - 0.15);
         assert!((to.vertical.height_m - lowest).abs() < 1e-12);

@@ -38,6 +38,8 @@ pub struct VerticalChannel<'a, R: Real, G> {
     pub law: &'a Law<R>,
     /// Throttle to thrust.
     pub thrust: &'a ThrustModel<R>,
+    /// Time constant with which the thrust follows its demand, as a share of the motors' own; 1: as the motors do.
+    pub motor_lag_share: R,
     /// The ground effect.
     pub ground_effect: &'a G,
     /// Limits of the actuators.
@@ -179,18 +181,19 @@ impl<R: Real, G: GroundEffect<R>> VerticalChannel<'_, R, G> {
         let cosine = task.cos_tilt.clamp(r(COS_TILT_MIN), R::ONE);
         let tilted_n = vertical_n / (R::ONE + counted.ratio) * (R::ONE / cosine - R::ONE);
         let asked = (level_n + tilted_n).finite_or(sent.thrust_n);
-        let thrust_n = self.limits.thrust(asked);
+        let led_n = self.led_n(state.thrust, asked);
+        let thrust_n = self.limits.thrust(led_n);
         let needed = self.thrust.throttle_near(thrust_n, sent.throttle);
         let throttle = self.limits.throttle(needed);
         // At the end of the throttle the rotors may not give what is asked for.
-        let saturation = if asked > thrust_n || throttle >= self.limits.throttle_max {
+        let saturation = if led_n > thrust_n || throttle >= self.limits.throttle_max {
             Saturation::High
-        } else if asked < thrust_n || throttle <= self.limits.throttle_min {
+        } else if led_n < thrust_n || throttle <= self.limits.throttle_min {
             Saturation::Low
         } else {
             Saturation::No
         };
-        let sent_level_n = thrust_n - tilted_n.finite_or(R::ZERO);
+        let sent_level_n = self.limits.thrust(asked) - tilted_n.finite_or(R::ZERO);
         self.law
             .advance(&mut state.law, &demand, sent_level_n, saturation, dt);
         state.command = Command {
@@ -203,6 +206,17 @@ impl<R: Real, G: GroundEffect<R>> VerticalChannel<'_, R, G> {
             saturation,
             vertical_n,
         }
+    }
+
+    /// The thrust whose throttle brings the rotors to `asked_n` sooner than the throttle of `asked_n`, N. From x = √T, the
+    /// throttle of `x + (√asked_n - x) / share` brings √T to `√asked_n` with the time constant `share · T_m`.
+    fn led_n(&self, now: ThrustState<R>, asked_n: R) -> R {
+        if self.motor_lag_share >= R::ONE {
+            return asked_n;
+        }
+        let change = asked_n.max(R::ZERO).sqrt() - now.x;
+        let root = (now.x + change / self.motor_lag_share).max(R::ZERO);
+        (root * root).finite_or(asked_n)
     }
 
     /// The ground-effect force that the law uses, N.

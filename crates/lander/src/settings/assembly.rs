@@ -276,6 +276,7 @@ impl<R: Real> ControlSettings<R> {
             law: self.method.law(&laws),
             horizontal: self.horizontal,
             thrust: models.thrust,
+            motor_lag_share: self.motor_lag_share,
             ground_effect,
             observer: self.method.has_observer().then_some(self.observer),
             adaptation: self.adaptation.then_some(self.adapting),

@@ -14,7 +14,7 @@ use crate::control::{
 };
 use touchdown_flight::control::channel::{ChannelInput, VerticalChannel, ground_input};
 use touchdown_flight::control::{Law, Saturation, VerticalState};
-use touchdown_flight::error::SettingsError;
+use touchdown_flight::error::{SettingsError, within};
 use touchdown_flight::ground_effect::{GroundEffect, GroundEffectInput, Guarded, Lift};
 use touchdown_flight::kernel::{lag_share, usable_dt};
 use touchdown_flight::real::{Real, r};
@@ -22,6 +22,9 @@ use touchdown_flight::reference::ReferencePoint;
 use touchdown_flight::space::{Attitude, Vector};
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_flight::types::Limits;
+
+/// Least share of the motors' time constant: at half, no swing of the thrust grows, however long the control period is.
+const LEAST_LAG_SHARE: f64 = 0.5;
 
 /// Share of the greatest thrust that the weight and the trim may need: the rest is for
 /// gusts and attitude. At 1 nothing would be left to climb away with; at 0.8 winds above
@@ -93,6 +96,8 @@ pub struct SpaceController<R: Real, G = Guarded<R>> {
     pub horizontal: Horizontal<R>,
     /// Throttle to thrust.
     pub thrust: ThrustModel<R>,
+    /// Time constant with which the thrust follows its demand, as a share of the motors' own, in [0.5, 1]; 1: as the motors do.
+    pub motor_lag_share: R,
     /// The ground effect.
     pub ground_effect: G,
     /// Disturbance observer, if one is used.
@@ -133,6 +138,9 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
     /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.channel().validate()?;
+        let share = self.motor_lag_share;
+        let accepted = share >= r(LEAST_LAG_SHARE) && share <= R::ONE;
+        within("motor_lag_share", share, accepted, "0.5 to 1")?;
         self.horizontal.validate()?;
         if let Some(observer) = &self.observer {
             observer.validate()?;
@@ -149,6 +157,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             gravity_mps2: self.gravity_mps2,
             law: &self.law,
             thrust: &self.thrust,
+            motor_lag_share: self.motor_lag_share,
             ground_effect: &self.ground_effect,
             limits: &self.limits,
         }

@@ -60,6 +60,7 @@ pub(crate) fn computer() -> Computer<f64> {
             ..Guidance::default()
         },
         controller: SpaceController {
+            motor_lag_share: 0.5,
             mass_kg: MASS_KG,
             gravity_mps2: GRAVITY,
             law: Law::Composite(Composite::default()),

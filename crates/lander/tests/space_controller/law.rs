@@ -337,6 +337,9 @@ fn analytic_settings_are_checked() {
         assert!(error.starts_with(key), "{error}");
     };
     refused(|p| p.mass_kg = -1.0, "mass_kg");
+    refused(|p| p.motor_lag_share = 0.49, "motor_lag_share");
+    refused(|p| p.motor_lag_share = 1.01, "motor_lag_share");
+    refused(|p| p.motor_lag_share = f64::NAN, "motor_lag_share");
     refused(|p| p.horizontal.tilt_limit_rad = 1.2, "horizontal.tilt");
     refused(
         |p| p.horizontal.integral_per_s2 = -1.0,
@@ -370,10 +373,12 @@ proptest! {
         dts in proptest::collection::vec(proptest::num::f32::ANY, 12),
         model in 0..5_usize,
         law in 0..3_usize,
+        share in 0.5..=1.0_f32,
         hold in any::<bool>(),
     ) {
         let controller = SpaceController::<f32> {
             law: laws()[law],
+            motor_lag_share: share,
             observer: Some(Observer::default()),
             adaptation: Some(Adaptation::default()),
             ..space_controller(models()[model])

@@ -30,6 +30,7 @@ pub(crate) fn space_controller<R: Real>(ground_effect: GroundEffectModel<R>) -> 
         gravity_mps2: R::from_f64(GRAVITY),
         law: Law::Composite(Composite::default()),
         horizontal: Horizontal::default(),
+        motor_lag_share: R::ONE,
         thrust: rotors(),
         ground_effect: Guarded::new(ground_effect, Validity::default()),
         observer: None,

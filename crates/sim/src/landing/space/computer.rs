@@ -113,7 +113,11 @@ const OF_SETTINGS: [&str; 4] = [
 /// at all, keeps its own.
 fn key_of_scenario(key: &str) -> String {
     let Some((block, rest)) = key.split_once('.') else {
-        return key.to_owned();
+        return if key == "motor_lag_share" {
+            format!("control.{key}")
+        } else {
+            key.to_owned()
+        };
     };
     match block {
         "reference" => match rest {
@@ -173,6 +177,10 @@ mod tests {
             (
                 |s| (s.control.planner, s.control.terminal_s) = (false, -1.0),
                 "setting `control.terminal_s`: expected",
+            ),
+            (
+                |s| s.control.motor_lag_share = 0.3,
+                "setting `control.motor_lag_share`: expected",
             ),
             (
                 |s| s.control.gains.k_p = -4.0,
