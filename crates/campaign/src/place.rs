@@ -90,18 +90,17 @@ impl Place {
         }
     }
 
-    /// Opens a Parquet file.
-    pub(crate) fn parquet(&self, name: &str) -> std::result::Result<ParquetFile, LogError> {
-        let storage = match self {
-            Self::Folder(folder) => return ParquetFile::open(folder.join(name)),
-            Self::Storage(storage) => storage,
-        };
+    /// Opens a Parquet file with this content.
+    pub(crate) fn parquet(
+        &self,
+        name: &str,
+        bytes: &[u8],
+    ) -> std::result::Result<ParquetFile, LogError> {
+        if let Self::Folder(folder) = self {
+            return ParquetFile::open(folder.join(name));
+        }
         let path = self.path(name).display().to_string();
-        let copy = storage.read(name).and_then(|bytes| {
-            let mut file = tempfile::tempfile()?;
-            file.write_all(&bytes)?;
-            Ok(file)
-        });
+        let copy = tempfile::tempfile().and_then(|mut file| file.write_all(bytes).map(|()| file));
         match copy {
             Ok(file) => ParquetFile::of(file, path),
             Err(source) => Err(LogError::Read { path, source }),

@@ -13,7 +13,7 @@
 //! | `redraw` | draws of vehicles that do not lift themselves |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `beside` | the files that stand beside a sweep |
-//! | `row`, `store` | landings as rows, blocks as files, merging |
+//! | `row`, `seal`, `store` | landings as rows, blocks as files and what tells a changed one, merging |
 //! | `packed` | a sweep and landings of it as bytes, for another process |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
 //! | `noise` | the noise of the sensors beside the belief of the landing computer |
@@ -42,6 +42,7 @@ mod recent;
 mod redraw;
 mod row;
 mod run;
+mod seal;
 mod settings;
 mod software_in_the_loop;
 mod stated;

@@ -7,6 +7,7 @@ use touchdown_log::{LogError, ParquetValues, to_parquet};
 use touchdown_sim::landing::space::{CrashSettings, SpaceLanding, SpaceOutcome};
 
 use super::points::Sweep;
+use super::seal::{SEAL, UNSEALED, is_intact, sealed};
 use crate::error::{Error, Result};
 use crate::place::Place;
 
@@ -286,9 +287,10 @@ fn columns(sweep: &Sweep, rows: &[LandingRow]) -> Vec<(String, ParquetValues)> {
 /// The bytes of a block's file.
 pub(super) fn encode(sweep: &Sweep, rows: &[LandingRow]) -> Result<Vec<u8>> {
     let program = concat!("touchdown ", env!("CARGO_PKG_VERSION"));
-    let notes = [(SWEEP, sweep.sha256())];
-    to_parquet("landings", program, &notes, &columns(sweep, rows))
-        .map_err(|e| Error::Arguments(format!("the landings cannot be written as Parquet: {e}")))
+    let notes = [(SWEEP, sweep.sha256()), (SEAL, UNSEALED)];
+    let bytes = to_parquet("landings", program, &notes, &columns(sweep, rows));
+    let refused = |e| Error::Arguments(format!("the landings cannot be written as Parquet: {e}"));
+    bytes.map(sealed).map_err(refused)
 }
 
 /// Reads a block; `landings` are those that it has to hold, `name` is its name in the campaign's place.
@@ -307,7 +309,13 @@ pub(super) fn decode(
             other => Error::data(&at, expected, other.to_string()),
         }
     };
-    let file = place.parquet(name).map_err(broken)?;
+    let bytes = place.read(name)?;
+    if !is_intact(&bytes) {
+        let expected =
+            "the block as it was written (without the file, --resume runs its landings again)";
+        return Err(Error::data(&at, expected, "another content"));
+    }
+    let file = place.parquet(name, &bytes).map_err(broken)?;
     let of = file.note(SWEEP).unwrap_or("none");
     if of != sweep.sha256() {
         return Err(Error::data(
