@@ -1,7 +1,8 @@
 //! Decks under way, and decks that are not below at the start.
 
 use touchdown_sim::deck::course::CourseSettings;
-use touchdown_sim::landing::space::{Batch, SpaceScenario, land};
+use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
+use touchdown_sim::landing::space::{Batch, SpaceLander, SpaceScenario, land};
 
 /// A deck on a straight course.
 fn under_way(speed_mps: f64, with_beacon: bool) -> SpaceScenario {
@@ -106,6 +107,46 @@ fn regress_a_deck_whose_place_nobody_knows_is_searched() {
 
 #[test]
 fn prop_batches_refuse_a_course() {
-    let message = Batch::new(&under_way(2.0, false)).unwrap_err().to_string();
-    assert!(message.contains("course"), "{message}");
+    for speed_mps in [2.0, 0.0] {
+        let scenario = under_way(speed_mps, false);
+        let message = Batch::new(&scenario).unwrap_err().to_string();
+        assert!(message.contains("course"), "{message}");
+    }
+}
+
+/// A moored boat that surges in the waves, with its bow in a direction.
+fn moored(heading_rad: f64) -> SpaceScenario {
+    SpaceScenario {
+        course: CourseSettings {
+            heading_rad,
+            ..CourseSettings::default()
+        },
+        deck: RigidMotion::Sea(SeaSettings::default()),
+        start_sd_m: [0.0; 3],
+        ..SpaceScenario::default()
+    }
+}
+
+#[test]
+fn analytic_a_deck_at_rest_has_the_heading_of_its_course() {
+    let flown = |heading_rad| {
+        let lander = SpaceLander::new(&moored(heading_rad)).unwrap();
+        lander.land(3, 5, true).unwrap()
+    };
+    let (ahead, turned) = (flown(0.0), flown(1.2));
+    assert!(turned.outcome.landed(), "{turned:?}");
+    let (sin, cos) = 1.2_f64.sin_cos();
+    let [is, was] = [&turned, &ahead].map(|landing| landing.trace.as_ref().unwrap().rows[0]);
+    // The same motion in the deck's axes, turned; some roundings.
+    let expected = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+    for (is, was) in [
+        (is.deck_m, was.deck_m),
+        (is.deck_mps, was.deck_mps),
+        (is.deck_normal, was.deck_normal),
+    ] {
+        for (is, expected) in is.into_iter().zip(expected(was)) {
+            assert!((is - expected).abs() < 1e-12, "{is} {expected}");
+        }
+    }
+    assert!(was.deck_mps[0].hypot(was.deck_mps[1]) > 1e-3, "{was:?}");
 }

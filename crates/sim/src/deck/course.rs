@@ -32,7 +32,7 @@ const KNOT_S: f64 = 0.1;
 pub struct CourseSettings {
     /// Mean speed u0, m/s.
     pub speed_mps: f64,
-    /// Direction of the bow at the start ψ0, from the world's x axis to port, rad.
+    /// Direction of the bow at the start ψ0, from the world's x axis to port, rad; also that of a deck at rest.
     pub heading_rad: f64,
     /// Greatest rate of turn r0, rad/s.
     pub turn_rad_per_s: f64,
@@ -50,6 +50,13 @@ impl CourseSettings {
     pub fn is_under_way(&self) -> bool {
         let moves = [self.speed_mps, self.turn_rad_per_s, self.acceleration_mps2];
         moves.iter().any(|&size| size > 0.0)
+    }
+
+    /// Whether the deck is not where and as a deck without a course is: it travels, turns, or its bow has a direction of
+    /// its own.
+    #[must_use]
+    pub fn is_set(&self) -> bool {
+        self.is_under_way() || self.heading_rad.abs() > 0.0
     }
 
     /// Whether the deck turns or changes its speed.

@@ -321,7 +321,7 @@ impl RigidVehicle {
 
     /// The level state at relative rest `height_m` above the centre of the deck, and the
     /// throttle that holds it. Forces are in balance as over a level deck in still air. The
-    /// heading is that of the deck.
+    /// heading is along the world's x axis.
     #[must_use]
     pub fn balanced(&self, height_m: f64, deck: &DeckPose) -> (RigidState, f64) {
         let heave = deck.velocity_mps[2];

@@ -181,11 +181,15 @@ impl SpaceLander {
     /// The deck of a trial from its start on.
     pub(super) fn track(&self, trial: u64, seed: u64, phase: f64) -> Result<Track, SimError> {
         let course = self.course(phase);
-        let (deck, shift_s) = self.deck_of(trial, seed, phase, course.as_ref())?;
+        // At rest a deck meets the waves as without a course: their directions are relative to the bow.
+        let under_way = course
+            .as_ref()
+            .filter(|_| self.scenario.course.is_under_way());
+        let (deck, shift_s) = self.deck_of(trial, seed, phase, under_way)?;
         Ok(Track::new(deck, shift_s).on_course(course))
     }
 
-    /// The course of a deck under way; its manoeuvres begin at a random phase.
+    /// The course of a deck under way, or turned at rest; its manoeuvres begin at a random phase.
     fn course(&self, phase: f64) -> Option<Course> {
         let scenario = &self.scenario;
         let phase = if scenario.spread.deck_phase {
@@ -196,9 +200,7 @@ impl SpaceLander {
         let settings = &scenario.course;
         // A second more than the last step needs.
         let to_s = scenario.timeout_s + 1.0;
-        settings
-            .is_under_way()
-            .then(|| settings.course(to_s, phase))
+        settings.is_set().then(|| settings.course(to_s, phase))
     }
 
     /// The deck of a trial and the time at which the trial starts in it.

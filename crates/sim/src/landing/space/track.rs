@@ -67,7 +67,7 @@ pub(super) struct Track {
     knots_s: Option<f64>,
     piece: Option<(f64, RigidDeck)>,
     shift_s: f64,
-    /// Course of a deck under way, from the start of the landing on.
+    /// Course of a deck under way or turned, from the start of the landing on.
     course: Option<Course>,
 }
 

@@ -102,8 +102,8 @@ impl Batch {
             let expected = "`still`, `sines` or `sea`, which have splines";
             return Err(check::fail("deck.kind", expected, &"triangle"));
         }
-        if scenario.course.is_under_way() {
-            let expected = "none: the deck of a batch is not under way";
+        if scenario.course.is_set() {
+            let expected = "none: the deck of a batch is not under way, and its bow has the direction of the x axis";
             return Err(check::fail("course", expected, &"a course"));
         }
         let off = spline_off(&lander.deck_of(0, 0, 0.0, None)?.0);
