@@ -191,6 +191,36 @@ impl<R: Real> ControlSettings<R> {
         }
     }
 
+    /// The first setting of the relative estimator that the assembly replaces although it differs from its default, so that it
+    /// would have no effect: its key, its value and its default.
+    #[must_use]
+    pub fn without_effect(&self) -> Option<(&'static str, R, R)> {
+        let (given, standard) = (&self.relative, &Self::default().relative);
+        let value = |key, of: fn(&RelativeFilter<R>) -> R| (key, of(given), of(standard));
+        let of_sensors = [
+            value("relative.gravity_mps2", |of| of.gravity_mps2),
+            value("relative.imu.delay_s", |of| of.imu.delay_s),
+            value("relative.range.position_m.x", |of| of.range.position_m.x),
+            value("relative.range.position_m.y", |of| of.range.position_m.y),
+            value("relative.range.position_m.z", |of| of.range.position_m.z),
+            value("relative.range.quantum_m", |of| of.range.quantum_m),
+            value("relative.range.least_m", |of| of.range.least_m),
+            value("relative.range.greatest_m", |of| of.range.greatest_m),
+            value("relative.range.jitter_s", |of| of.range.jitter_s),
+            value("relative.tag.position_m.x", |of| of.tag.position_m.x),
+            value("relative.tag.position_m.y", |of| of.tag.position_m.y),
+            value("relative.tag.position_m.z", |of| of.tag.position_m.z),
+            value("relative.tag.jitter_s", |of| of.tag.jitter_s),
+        ];
+        let of_seeking = [
+            value("relative.initial.height_m", |of| of.initial.height_m),
+            value("relative.initial.height_sd_m", |of| of.initial.height_sd_m),
+        ];
+        let of_seeking = of_seeking.into_iter().filter(|_| self.seeks);
+        let mut replaced = of_sensors.into_iter().chain(of_seeking);
+        replaced.find(|(_, value, default)| value != default)
+    }
+
     /// The relative estimator with the numbers of its sensors.
     fn relative_filter(
         &self,

@@ -1,7 +1,9 @@
 //! Settings of a flight, as they stand in `FLIGHT.toml`.
 
+mod replaced;
 mod sensors;
 
+pub use replaced::replaced_by;
 pub use sensors::SensorSettings;
 
 use std::ops::RangeInclusive;
@@ -274,6 +276,14 @@ impl FlightSettings {
             period_s: PERIOD_S,
             command_delay_s: self.vehicle.command_delay_s,
         };
+        if let Some((key, found, _)) = self.control.without_effect() {
+            let (key, expected) = replaced::expected(key);
+            return Err(SettingsError::OutOfRange {
+                key,
+                expected,
+                found,
+            });
+        }
         let mut control = self.control.clone();
         control.relative.tag.attitude = Attitude::LEVEL;
         let hold_height_m = control.state_machine.hold_height_m;

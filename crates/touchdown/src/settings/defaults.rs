@@ -32,7 +32,12 @@ pub fn campaign() -> crate::Result<String> {
         scenario: touchdown_sim::landing::space::SpaceScenario::default(),
     })?;
     let title = "Every setting of a landing";
-    Ok(format!("{CAMPAIGN}{}", as_comments(title, &defaults)))
+    let replaced_by = |key: &str| {
+        let key = key.strip_prefix("scenario.")?;
+        touchdown_sim::landing::space::replaced_by(key)
+    };
+    let defaults = as_comments(title, &defaults, replaced_by);
+    Ok(format!("{CAMPAIGN}{defaults}"))
 }
 
 /// A flight beside an autopilot, and beneath it every setting of the landing computer with its default, as comments.
@@ -50,14 +55,28 @@ pub fn fly() -> crate::Result<String> {
         models: FlightModels::default(),
     })?;
     let title = "Every setting of the landing computer, and the models";
-    Ok(format!("{FLY}{}", as_comments(title, &defaults)))
+    let defaults = as_comments(title, &defaults, touchdown_link::settings::replaced_by);
+    Ok(format!("{FLY}{defaults}"))
 }
 
-fn as_comments(title: &str, defaults: &str) -> String {
+/// Lines of TOML as comments. Settings that others replace name them.
+fn as_comments(
+    title: &str,
+    defaults: &str,
+    replaced_by: impl Fn(&str) -> Option<&'static str>,
+) -> String {
     let mut text = format!("\n# {title}, with its default (SI units):\n");
+    let mut section = "";
     for line in defaults.lines() {
+        if let Some(name) = line.strip_prefix('[') {
+            section = name.trim_end_matches(']');
+        }
         text.push_str(if line.is_empty() { "#" } else { "# " });
         text.push_str(line);
+        let key = line.split_once(" = ").map_or("", |(key, _)| key);
+        if let Some(by) = replaced_by(&format!("{section}.{key}")) {
+            text.push_str(&format!("  # replaced by {by}"));
+        }
         text.push('\n');
     }
     text

@@ -15,6 +15,12 @@ use crate::sensors::suite::vector;
 /// The landing computer of the scenario's settings, with the believed numbers of its vehicle
 /// and the nominal ones of its sensors.
 pub(super) fn computer(scenario: &SpaceScenario) -> Result<Computer<f64>, SimError> {
+    if let Some((key, found, default)) = scenario.control.without_effect() {
+        let key = key_of_scenario(key);
+        let by = replaced_by(&key).unwrap_or("sensors");
+        let expected = format!("its default, {default}, since `{by}` replaces it");
+        return Err(check::fail(&key, &expected, &found));
+    }
     let given = &scenario.believed;
     let timing = LoopTiming {
         period_s: scenario.control_period_s,
@@ -136,6 +142,30 @@ fn key_of_scenario(key: &str) -> String {
     }
 }
 
+/// The key of a scenario whose number replaces a setting of `control.relative`; those of the start do so where the vehicle
+/// seeks the deck.
+#[must_use]
+pub fn replaced_by(key: &str) -> Option<&'static str> {
+    Some(match key.strip_prefix("control.relative.")? {
+        "gravity_mps2" => "plant.gravity_mps2",
+        "imu.delay_s" => "sensors.imu.latency_s",
+        "range.position_m.x" | "range.position_m.y" | "range.position_m.z" => {
+            "sensors.range.place_m"
+        }
+        "range.quantum_m" => "sensors.range.quantum_m",
+        "range.least_m" => "sensors.range.least_m",
+        "range.greatest_m" => "sensors.range.greatest_m",
+        "range.jitter_s" => "sensors.range.schedule.jitter_s",
+        "tag.position_m.x" | "tag.position_m.y" | "tag.position_m.z" => {
+            "sensors.tag.camera.place_m"
+        }
+        "tag.jitter_s" => "sensors.tag.schedule.jitter_s",
+        "initial.height_m" => "start_m",
+        "initial.height_sd_m" => "control.seeking.start_sd_m",
+        _ => return None,
+    })
+}
+
 /// A text in which the keys, between backquotes, are those of the scenario.
 fn by_keys_of_scenario(text: &str) -> String {
     let parts = text.split('`').enumerate();
@@ -190,10 +220,26 @@ mod tests {
                 |s| s.control.state_machine.hold_height_m = 50.0,
                 "setting `control.lander.hold_height_m`: expected a height from which a descent ends within `control.planning.horizon_s`",
             ),
+            (
+                |s| s.control.relative.range.quantum_m = 0.05,
+                "setting `control.relative.range.quantum_m`: expected its default, 0.01, since `sensors.range.quantum_m` replaces it, found 0.05",
+            ),
+            (
+                |s| s.control.relative.tag.position_m.z = f64::NAN,
+                "setting `control.relative.tag.position_m.z`: expected its default, 0, since `sensors.tag.camera.place_m` replaces it",
+            ),
+            (
+                |s| (s.control.seeks, s.control.relative.initial.height_m) = (true, 7.0),
+                "setting `control.relative.initial.height_m`: expected its default, 0, since `start_m` replaces it",
+            ),
         ] {
             let error = refused(change);
             assert!(error.starts_with(said), "{error}");
         }
+        // Without a search that height counts.
+        let mut scenario = SpaceScenario::default();
+        scenario.control.relative.initial.height_m = 7.0;
+        computer(&scenario).unwrap();
     }
 
     #[test]

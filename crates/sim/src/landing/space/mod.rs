@@ -54,6 +54,7 @@ pub use airspeed::{Airspeeds, THRUST_SHARE};
 pub use batch::{Batch, Commanded, LaneEnd};
 pub use belief::{BelievedSettings, TruthSettings, thrust_to_weight};
 pub use case::Case;
+pub use computer::replaced_by;
 pub use faults::{
     FaultClock, FaultGust, FaultSettings, FaultySensor, NanBurst, TimeSpan, WeakRotor,
 };
