@@ -10,6 +10,7 @@ mod bars;
 mod campaign;
 mod campaign_bad_input;
 mod campaign_parts;
+mod campaign_tables;
 mod default_models;
 mod exit_status;
 mod export;

@@ -152,7 +152,7 @@ pub struct Figures {
     /// descents that were broken off too, m/s.
     pub impact_mps: SampleSummary,
     /// Greatest tilt from the deck's normal with a foot on the deck, over the same, rad.
-    pub tilt_rad: SampleSummary,
+    pub impact_tilt_rad: SampleSummary,
 }
 
 /// One of the worst landings.
@@ -355,7 +355,7 @@ impl Figures {
             lateral_m: landed("lateral_m"),
             lateral_mps: landed("lateral_mps"),
             impact_mps: every("impact_mps"),
-            tilt_rad: every("impact_tilt_rad"),
+            impact_tilt_rad: every("impact_tilt_rad"),
         }
     }
 }

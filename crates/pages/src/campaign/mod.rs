@@ -297,7 +297,7 @@ fn quantities(results: &CampaignResults) -> Table {
         ("S_L (m)", |p| &p.figures.s_l_m, 3),
         ("lateral (m)", |p| &p.figures.lateral_m, 3),
         ("impact speed (m/s)", |p| &p.figures.impact_mps, 3),
-        ("tilt (rad)", |p| &p.figures.tilt_rad, 3),
+        ("impact tilt (rad)", |p| &p.figures.impact_tilt_rad, 3),
     ];
     for p in &results.points {
         for (i, (name, pick, decimals)) in picks.into_iter().enumerate() {

@@ -157,7 +157,7 @@ fn touches(sea: &SeaExperiment) -> Table {
             Cell::maybe(f.v_l_mps.p99, 3),
             spread(f.s_l_m.summary(), 3),
             Cell::maybe(f.lateral_m.p95, 3),
-            degrees(f.tilt_rad.p95),
+            degrees(f.impact_tilt_rad.p95),
         ]);
     }
     table.note(
@@ -208,7 +208,7 @@ fn planner(sea: &SeaExperiment) -> Table {
                 SeaMethod::StraightDown,
             ))),
             beside(both.map(|f| f.v_l_mps.p99), 3),
-            beside(both.map(|f| f.tilt_rad.p95.map(f64::to_degrees)), 1),
+            beside(both.map(|f| f.impact_tilt_rad.p95.map(f64::to_degrees)), 1),
             beside([planned, straight].map(before), 1),
         ]);
     }

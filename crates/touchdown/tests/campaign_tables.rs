@@ -1,0 +1,31 @@
+//! What stands in the tables of a campaign: the terminal's, `summary.csv`, `results.json` and the report.
+
+use std::path::Path;
+
+use crate::campaign::{flies, sweep};
+
+/// Flies a sweep; returns what is in `summary.csv`, `results.json` and `report.html`.
+fn flown(text: &str) -> [String; 3] {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    flies(&[], &sweep(folder.path(), text), &out);
+    let read = |name: &str| std::fs::read_to_string(Path::new(&out).join(name)).unwrap();
+    ["summary.csv", "results.json", "report.html"].map(read)
+}
+
+/// One landing that is over before the vehicle has come to hold.
+const SHORT: &str = "trials = 1\n[scenario]\ntimeout_s = 0.2\n";
+
+#[test]
+fn regress_the_tilt_of_all_touches_has_the_name_of_its_column() {
+    let [table, results, _] = flown(SHORT);
+    let header = table.lines().next().unwrap();
+    let named = |name: &str| header.split(',').any(|cell| cell == name);
+    assert!(
+        named("impact_tilt_rad_mean") && !named("tilt_rad_mean"),
+        "{header}"
+    );
+    let results: serde_json::Value = serde_json::from_str(&results).unwrap();
+    let point = results["points"][0].as_object().unwrap();
+    assert!(point.contains_key("impact_tilt_rad") && !point.contains_key("tilt_rad"));
+}
