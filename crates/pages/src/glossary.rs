@@ -34,8 +34,8 @@ pub(crate) const TERMS: &[Term] = &[
         "The Wilson interval is the 95 % confidence interval of a share; it stays between 0 and 100 %.",
     ),
     term(
-        &["aborted descent", "aborted descents"],
-        "The landing computer breaks a descent off and climbs when a quantity leaves its limits, such as the lateral error.",
+        &["go-around", "go-arounds"],
+        "The landing computer breaks off a descent, or a hover before it, and climbs when a quantity leaves its limits, such as the lateral error.",
     ),
     // Methods.
     term(

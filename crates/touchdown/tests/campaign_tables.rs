@@ -29,3 +29,19 @@ fn regress_the_tilt_of_all_touches_has_the_name_of_its_column() {
     let point = results["points"][0].as_object().unwrap();
     assert!(point.contains_key("impact_tilt_rad") && !point.contains_key("tilt_rad"));
 }
+
+#[test]
+fn regress_go_arounds_out_of_a_hover_are_no_aborted_descents() {
+    // The tag is lost before the first descent, and the vehicle lands in it once the tag is back.
+    let [_, results, report] = flown(
+        "trials = 1\n[scenario]\ntimeout_s = 30.0\n[scenario.faults]\nsince = \"start\"\ntag_lost = [{ from_s = 1.5, to_s = 20.0 }]\n",
+    );
+    let results: serde_json::Value = serde_json::from_str(&results).unwrap();
+    let figures = &results["points"][0];
+    assert!(
+        !figures["aborts"].as_object().unwrap().is_empty(),
+        "{figures}"
+    );
+    assert_eq!(figures["landed_at_first"]["count"], 1);
+    assert!(report.contains("Go-arounds by reason") && !report.contains("borted descent"));
+}

@@ -130,11 +130,11 @@ pub struct Figures {
     pub landed_at_first: Option<Share>,
     /// Crashed or tipped over.
     pub crashed: Option<Share>,
-    /// Crashed without having broken a descent off before.
+    /// Crashed without a go-around before.
     pub crashed_without_abort: u64,
     /// Counts of outcomes.
     pub outcomes: BTreeMap<String, u64>,
-    /// Counts of the reasons why descents were broken off, or hovers climbed away from.
+    /// Counts of the reasons of go-arounds: why descents were broken off, or hovers climbed away from.
     pub aborts: BTreeMap<String, u64>,
     /// T_L: time from the start of the last descent to touch, over those that landed, s.
     pub t_l_s: SampleSummary,

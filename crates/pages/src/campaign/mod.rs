@@ -19,7 +19,7 @@ use crate::error::Result;
 use touchdown_campaign::settings_file::to_toml;
 
 const SYMBOLS: &str = "A landing has landed when the vehicle stands on the deck with its rotors stopped, by the true state. \
-     **First** counts landings without an aborted descent. **Lateral** is the distance from the deck's centre at the first touch. \
+     **First** counts landings in the first descent, also after go-arounds out of a hover. **Lateral** is the distance from the deck's centre at the first touch. \
      T_L, V_L, S_L and lateral are over the landings that landed. Impact speed and tilt are over every touch, crashes included.";
 
 /// The worst landings that are drawn unfolded.
@@ -253,11 +253,11 @@ fn not_flown(results: &CampaignResults) -> Option<Table> {
     })
 }
 
-/// Aborted descents: a row for each point, a column for each reason; none where no descent was aborted.
+/// Go-arounds: a row for each point, a column for each reason; none where there was none.
 fn aborts(results: &CampaignResults) -> Option<Table> {
     let reasons = results.points.iter().flat_map(|p| p.figures.aborts.keys());
     let reasons: BTreeSet<&String> = reasons.collect();
-    let mut table = Table::new("Aborted descents by reason.").text_column("Point");
+    let mut table = Table::new("Go-arounds by reason.").text_column("Point");
     for reason in &reasons {
         table = table.number_column(reason.replace('_', " "), "");
     }
@@ -267,7 +267,7 @@ fn aborts(results: &CampaignResults) -> Option<Table> {
         table = table.row([Cell::text(p.of.label())].into_iter().chain(counts));
     }
     (!reasons.is_empty()).then(|| {
-        table.note("A trial may abort several descents. The limits of each reason stand in the settings below.")
+        table.note("A go-around breaks off a descent, or a hover before it. A trial may have several. The limits of each reason stand in the settings below.")
     })
 }
 

@@ -230,7 +230,7 @@ fn faults(sea: &SeaExperiment) -> Table {
         .number_column("Unwarned", "")
         .number_column("V_L 99 %", "m/s")
         .number_column("Lateral 95 %", "m")
-        .text_column("Aborts");
+        .text_column("Go-arounds");
     for l in &sea.landings {
         if !Case::FAULTS.contains(&l.case) {
             continue;
@@ -258,7 +258,7 @@ fn faults(sea: &SeaExperiment) -> Table {
         ]);
     }
     table.note(
-        "Faults begin with the first descent or shortly after it. Aborts: descents broken off and hovers climbed away from. Unwarned: crashed without an abort before. Those that \
+        "Faults begin with the first descent or shortly after it. Go-arounds: descents broken off and hovers climbed away from. Unwarned: crashed without a go-around before. Those that \
          neither landed nor crashed gave up and hold, or still wait at the end of their time: how often is in `results.json`.",
     )
 }
