@@ -45,3 +45,11 @@ fn regress_go_arounds_out_of_a_hover_are_no_aborted_descents() {
     assert_eq!(figures["landed_at_first"]["count"], 1);
     assert!(report.contains("Go-arounds by reason") && !report.contains("borted descent"));
 }
+
+#[test]
+fn regress_labels_of_points_tell_swept_keys_apart() {
+    let grid = "[grid]\n\"sensors.range.schedule.rate_hz\" = [50.0, 25.0]\n\"sensors.tag.schedule.rate_hz\" = [30.0, 15.0]\n";
+    let [_, _, report] = flown(&format!("{SHORT}{grid}"));
+    let label = "range.schedule.rate_hz 25.0, tag.schedule.rate_hz 30.0";
+    assert!(report.contains(label));
+}

@@ -24,7 +24,7 @@
 //! | `policy` | which landings a learned policy flies |
 //! | `vehicle`, `stated` | the vehicle of `[vehicle]` and the cards, and the keys that the file states itself |
 //! | `software_in_the_loop` | settings of an autopilot in the loop |
-//! | `summary`, `csv` | figures of every point |
+//! | `summary`, `names`, `point_table` | figures of every point, and what it is called |
 
 mod air;
 mod axes;
@@ -32,6 +32,7 @@ mod beside;
 mod check;
 mod draw;
 mod keys;
+mod names;
 mod noise;
 mod packed;
 mod part;

@@ -6,6 +6,7 @@ use serde::Serialize;
 use touchdown_flight::thrust::LEAST_THRUST_TO_WEIGHT;
 use touchdown_sim::landing::space::CrashSettings;
 
+use super::names::names;
 use super::points::Sweep;
 use super::policy::{CONTROLLER, is_policy};
 use super::row::{LandingRow, text};
@@ -84,16 +85,6 @@ impl PointOf {
     pub fn label(&self) -> String {
         self.label.clone()
     }
-}
-
-/// A dotted key in a word: its last part, with the list that a place is in.
-fn short(key: &str) -> &str {
-    let digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
-    let mut from = key.rfind('.').map_or(0, |dot| dot + 1);
-    while from > 0 && digits(&key[from..]) {
-        from = key[..from - 1].rfind('.').map_or(0, |dot| dot + 1);
-    }
-    &key[from..]
 }
 
 /// Figures of the landings at one point.
@@ -280,10 +271,14 @@ fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
         .iter()
         .zip(sweep.grid())
         .filter(|(_, (_, all))| all.len() > 1);
-    let words: Vec<String> = varied
-        .map(|((key, value), _)| {
+    let varied: Vec<(&str, &toml::Value)> = varied.map(|(value, _)| *value).collect();
+    let keys: Vec<&str> = varied.iter().map(|(key, _)| *key).collect();
+    let words: Vec<String> = names(&keys)
+        .into_iter()
+        .zip(&varied)
+        .map(|(name, (_, value))| {
             let shown: String = text(value).chars().take(40).collect();
-            format!("{} {shown}", short(key))
+            format!("{name} {shown}")
         })
         .collect();
     Ok(PointOf {
@@ -439,12 +434,5 @@ mod tests {
         assert_eq!(figures.v_l_mps.count, 1);
         let order: Vec<u64> = worst(&rows).iter().map(|row| row.landing).collect();
         assert_eq!(order, [2, 0]);
-    }
-
-    #[test]
-    fn prop_keys_in_a_word() {
-        assert_eq!(short("control.controller"), "controller");
-        assert_eq!(short("wind.steady_mps.0"), "steady_mps.0");
-        assert_eq!(short("timeout_s"), "timeout_s");
     }
 }
