@@ -13,7 +13,7 @@ fn flown(text: &str) -> [String; 3] {
     ["summary.csv", "results.json", "report.html"].map(read)
 }
 
-/// One landing that is over before the vehicle has come to hold.
+/// One landing whose time is up while it observes the deck.
 const SHORT: &str = "trials = 1\n[scenario]\ntimeout_s = 0.2\n";
 
 #[test]
@@ -52,4 +52,12 @@ fn regress_labels_of_points_tell_swept_keys_apart() {
     let [_, _, report] = flown(&format!("{SHORT}{grid}"));
     let label = "range.schedule.rate_hz 25.0, tag.schedule.rate_hz 30.0";
     assert!(report.contains(label));
+}
+
+#[test]
+fn regress_the_report_says_how_trials_that_did_not_land_ended() {
+    let [_, _, report] = flown(SHORT);
+    for part in ["Given up", "Timed out", "1 timed out in phase hold (deck)"] {
+        assert!(report.contains(part), "{part}");
+    }
 }

@@ -13,7 +13,7 @@
 //! | `redraw` | draws of vehicles that do not lift themselves |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `beside` | the files that stand beside a sweep |
-//! | `row`, `seal`, `store` | landings as rows, blocks as files and what tells a changed one, merging |
+//! | `row`, `endings`, `seal`, `store` | landings as rows, how they ended, blocks as files and what tells a changed one, merging |
 //! | `packed` | a sweep and landings of it as bytes, for another process |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
 //! | `noise` | the noise of the sensors beside the belief of the landing computer |
@@ -31,6 +31,7 @@ mod axes;
 mod beside;
 mod check;
 mod draw;
+mod endings;
 mod keys;
 mod names;
 mod noise;
@@ -55,6 +56,7 @@ mod vehicle;
 
 pub use crate::measured_deck::{SERIES, SeriesSettings};
 pub use draw::Distribution;
+pub use endings::counted;
 pub use packed::{pack, unpack};
 pub use part::{BlockRange, CampaignPart, Shard};
 pub use points::Sweep;

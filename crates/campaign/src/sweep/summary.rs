@@ -297,6 +297,13 @@ fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
 }
 
 impl Figures {
+    /// The share of an outcome of those that were flown.
+    #[must_use]
+    pub fn ended(&self, outcome: &str) -> Option<Share> {
+        let count = self.outcomes.get(outcome).copied().unwrap_or(0);
+        Share::of(count, self.trials - self.not_flown)
+    }
+
     /// The figures of `rows`; `crash` are the limits at their point.
     #[must_use]
     pub fn of(rows: &[LandingRow], crash: &CrashSettings) -> Self {

@@ -1,11 +1,12 @@
 //! The report of `touchdown campaign`.
 
 mod figures;
+mod outcomes;
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use figures::{distributions, success_map, time_series};
+use outcomes::{go_arounds, not_flown, not_landed, outcomes};
 use touchdown_campaign::statistics::Share;
 use touchdown_campaign::sweep::{
     CampaignResults, Figures, LandingRow, PointFigures, SampleSummary, Sweep, WorstLanding,
@@ -69,8 +70,13 @@ pub fn campaign(
         ));
     }
     page.table(outcomes(results))?;
-    not_flown(results).map_or(Ok(()), |table| page.table(table))?;
-    aborts(results).map_or(Ok(()), |table| page.table(table))?;
+    let beside = [
+        not_flown(results),
+        not_landed(sweep, rows, results),
+        go_arounds(results),
+    ];
+    let mut beside = beside.into_iter().flatten();
+    beside.try_for_each(|table| page.table(table))?;
     page.table(quantities(results))?;
     for text in drawn(sweep, results) {
         page.text(text);
@@ -186,89 +192,6 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
         }
         _ => (kind, all),
     }
-}
-
-/// `percent (low to high)`.
-fn share(share: Option<Share>) -> Cell {
-    share.map_or_else(Cell::missing, |s| {
-        let percent = |v: f64| show(100.0 * v, 1);
-        Cell::text(format!(
-            "{} ({}\u{a0}to\u{a0}{})",
-            percent(s.share),
-            percent(s.ci95[0]),
-            percent(s.ci95[1])
-        ))
-    })
-}
-
-fn outcomes(results: &CampaignResults) -> Table {
-    let mut table = Table::new("Outcomes.")
-        .text_column("Point")
-        .number_column("Landed", "%")
-        .number_column("First", "%")
-        .number_column("Hard", "%")
-        .number_column("Crashed", "%")
-        .number_column("Waiting", "s");
-    for p in &results.points {
-        table = table.row([
-            Cell::text(p.of.label()),
-            share(p.figures.landed),
-            share(p.figures.landed_at_first),
-            share(p.figures.hard),
-            share(p.figures.crashed),
-            spread(p.figures.waited_s.summary(), 1),
-        ]);
-    }
-    table.note("In brackets: 95 % interval of the share (Wilson). Hard: landed, with a touch above half of the crash speed. Waiting: until the deck's motion is known and a window to land opens; mean ± standard deviation over all trials.")
-}
-
-/// Landings that never began: a row for each point that has some, a column for each reason.
-fn not_flown(results: &CampaignResults) -> Option<Table> {
-    let some = || results.points.iter().filter(|p| p.figures.not_flown > 0);
-    let reasons = some().flat_map(|p| p.figures.not_flown_reasons.keys());
-    let reasons: BTreeSet<&String> = reasons.collect();
-    let mut table = Table::new("Landings that never began, by reason.")
-        .text_column("Point")
-        .number_column("Not flown", "");
-    for reason in &reasons {
-        table = table.number_column(reason.replace('_', " "), "");
-    }
-    for p in some() {
-        let of = |reason: &&String| {
-            p.figures
-                .not_flown_reasons
-                .get(*reason)
-                .copied()
-                .unwrap_or(0)
-        };
-        let counts = reasons.iter().map(|r| Cell::text(of(r).to_string()));
-        let point = [
-            Cell::text(p.of.label()),
-            Cell::text(format!("{} of {}", p.figures.not_flown, p.figures.trials)),
-        ];
-        table = table.row(point.into_iter().chain(counts));
-    }
-    (!reasons.is_empty()).then(|| {
-        table.note("The vehicle did not come to hold above the deck, so there was nothing to land. These are in no share, mean or percentile.")
-    })
-}
-
-/// Go-arounds: a row for each point, a column for each reason; none where there was none.
-fn aborts(results: &CampaignResults) -> Option<Table> {
-    let reasons = results.points.iter().flat_map(|p| p.figures.aborts.keys());
-    let reasons: BTreeSet<&String> = reasons.collect();
-    let mut table = Table::new("Go-arounds by reason.").text_column("Point");
-    for reason in &reasons {
-        table = table.number_column(reason.replace('_', " "), "");
-    }
-    for p in &results.points {
-        let of = |reason: &&String| p.figures.aborts.get(*reason).copied().unwrap_or(0);
-        let counts = reasons.iter().map(|r| Cell::text(of(r).to_string()));
-        table = table.row([Cell::text(p.of.label())].into_iter().chain(counts));
-    }
-    (!reasons.is_empty()).then(|| {
-        table.note("A go-around breaks off a descent, or a hover before it. A trial may have several. The limits of each reason stand in the settings below.")
-    })
 }
 
 /// The controller of all points, where it is one.

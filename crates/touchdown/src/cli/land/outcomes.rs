@@ -1,10 +1,8 @@
 //! What became of landings: a row for each, and why some did not land.
 
-use std::collections::BTreeMap;
-
 use touchdown_campaign::csv;
 use touchdown_campaign::statistics::Summary;
-use touchdown_campaign::sweep::{CampaignResults, LandingRow, Sweep};
+use touchdown_campaign::sweep::{CampaignResults, LandingRow, Sweep, counted};
 use touchdown_reproduce::experiments::landing::MethodLandings;
 use touchdown_sim::landing::vertical::{Landing, Outcome};
 
@@ -108,7 +106,7 @@ pub(crate) fn failures(
             0 => format!("none of {all} landings at {label} landed"),
             _ => format!("{} of {all} landings at {label} did not land", all - landed),
         };
-        let why = counted(flown().filter(|row| !row.landed()).map(reason));
+        let why = counted(flown().filter(|row| !row.landed()).map(LandingRow::ending));
         failed.push((landed, format!("{of}: {why}")));
     }
     failed.sort_by_key(|(landed, _)| *landed);
@@ -138,34 +136,14 @@ pub(crate) fn not_flown(
             point.figures.not_flown,
             rows.len(),
             point.of.label(),
-            counted(rows.iter().filter(|row| !row.flown()).map(reason))
+            counted(
+                rows.iter()
+                    .filter(|row| !row.flown())
+                    .map(LandingRow::ending)
+            )
         )
     })
     .collect()
-}
-
-/// How a landing in space ended, in words.
-fn reason(row: &LandingRow) -> String {
-    let outcome = match &row.why {
-        Some(phase) if row.outcome == "timed_out" => format!("timed out in phase {phase}"),
-        Some(why) => format!("{} ({why})", row.outcome),
-        None => row.outcome.clone(),
-    };
-    outcome.replace('_', " ")
-}
-
-/// How often each reason stands there, the most frequent one first.
-fn counted(reasons: impl Iterator<Item = String>) -> String {
-    let mut counts = BTreeMap::<String, usize>::new();
-    for reason in reasons {
-        *counts.entry(reason).or_default() += 1;
-    }
-    let mut counts: Vec<(String, usize)> = counts.into_iter().collect();
-    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    let parts = counts
-        .iter()
-        .map(|(reason, count)| format!("{count} {reason}"));
-    parts.collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -196,15 +174,6 @@ mod tests {
         assert_eq!(
             at_timeout(&[high, crashed, hovering, low]),
             format!("; of those that timed out 1 hovered at 0.150 m on average, and {moving}")
-        );
-    }
-
-    #[test]
-    fn analytic_the_most_frequent_reason_comes_first() {
-        let reasons = ["crashed", "timed out", "timed out", "given up (battery)"];
-        assert_eq!(
-            counted(reasons.map(String::from).into_iter()),
-            "2 timed out, 1 crashed, 1 given up (battery)"
         );
     }
 }
