@@ -61,3 +61,19 @@ fn regress_the_report_says_how_trials_that_did_not_land_ended() {
         assert!(report.contains(part), "{part}");
     }
 }
+
+#[test]
+fn regress_who_never_came_to_wait_has_no_waiting_time() {
+    let [table, results, _] = flown(SHORT);
+    let results: serde_json::Value = serde_json::from_str(&results).unwrap();
+    assert_eq!(results["points"][0]["waited_s"]["count"], 0);
+    let lines: Vec<Vec<&str>> = table
+        .lines()
+        .map(|line| line.split(',').collect())
+        .collect();
+    let mean = lines[0]
+        .iter()
+        .position(|name| *name == "waited_s_mean")
+        .unwrap();
+    assert_eq!(lines[1][mean], "");
+}

@@ -177,6 +177,15 @@ impl LandingRow {
         self.landed() && self.counts[0] == 1
     }
 
+    /// Whether it came to wait for a window, or began a descent without a wait.
+    #[must_use]
+    pub fn came_to_wait(&self) -> bool {
+        self.counts[0] > 0
+            || self
+                .number("waited_s")
+                .is_some_and(|waited_s| waited_s > 0.0)
+    }
+
     /// Whether it crashed or tipped over.
     #[must_use]
     pub fn crashed(&self) -> bool {

@@ -129,7 +129,7 @@ pub struct Figures {
     pub aborts: BTreeMap<String, u64>,
     /// T_L: time from the start of the last descent to touch, over those that landed, s.
     pub t_l_s: SampleSummary,
-    /// Time spent waiting for a window, over all, s.
+    /// Time spent waiting for a window, over those that came to wait or to descend, s.
     pub waited_s: SampleSummary,
     /// V_L: speed along the deck's normal at the touch, over those that landed, m/s.
     pub v_l_mps: SampleSummary,
@@ -351,7 +351,7 @@ impl Figures {
             outcomes,
             aborts,
             t_l_s: landed("t_l_s"),
-            waited_s: every("waited_s"),
+            waited_s: over("waited_s", &LandingRow::came_to_wait),
             v_l_mps: landed("v_l_mps"),
             s_l_m: landed("s_l_m"),
             lateral_m: landed("lateral_m"),

@@ -44,7 +44,7 @@ pub(super) fn outcomes(results: &CampaignResults) -> Table {
             spread(p.figures.waited_s.summary(), 1),
         ]);
     }
-    table.note("In brackets: 95 % interval of the share (Wilson). Hard: landed, with a touch above half of the crash speed. Waiting: until the deck's motion is known and a window to land opens; mean ± standard deviation over all trials.")
+    table.note("In brackets: 95 % interval of the share (Wilson). Hard: landed, with a touch above half of the crash speed. Waiting: until the deck's motion is known and a window to land opens; mean ± standard deviation over the trials that came to wait or to descend.")
 }
 
 /// Landings that never began: a row for each point that has some, a column for each reason.
