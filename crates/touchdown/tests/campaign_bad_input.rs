@@ -254,3 +254,27 @@ fn regress_no_other_command_writes_into_the_folder_of_a_campaign() {
         assert!(common::run(into(&command, &landings)).status.success());
     }
 }
+
+/// What the command says of a sweep that it refuses.
+fn refused(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(folder.path(), text);
+    let out = folder.path().join("out");
+    let words = [
+        "campaign".as_ref(),
+        sweep.as_os_str(),
+        "--out".as_ref(),
+        out.as_os_str(),
+    ];
+    common::fails(2, words)
+}
+
+#[test]
+fn regress_the_limit_of_points_is_checked_before_values_are_compared() {
+    let values = ["20.0, "; 100_001].concat();
+    let said = refused(&format!("[grid]\n\"timeout_s\" = [{values}]\n"));
+    assert!(
+        said.contains("at most 100000 points, found 100001"),
+        "{said}"
+    );
+}

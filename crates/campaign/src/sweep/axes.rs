@@ -3,7 +3,7 @@
 use toml::Value;
 
 use super::draw::Distribution;
-use super::keys::{distributions, lists};
+use super::keys::{distributions, lists, twice};
 use super::settings::SweepSettings;
 use crate::error::{Error, Result};
 
@@ -86,7 +86,7 @@ impl Axes {
         self.keys().any(|key| of_vehicle(key))
     }
 
-    /// Refuses grids with too many points, and campaigns with too many landings.
+    /// Refuses grids with too many points or a value that stands twice, and campaigns with too many landings.
     pub(super) fn check_size(&self, trials: u64, bad: &KeyError<'_>) -> Result<()> {
         let points = self
             .grid
@@ -97,6 +97,14 @@ impl Axes {
             let message = format!("expected at most {POINTS} points, found {found}");
             return Err(bad("grid", &message));
         };
+        for (key, values) in &self.grid {
+            if let Some(value) = twice(values) {
+                return Err(bad(
+                    &format!("grid.{key}"),
+                    &format!("{value} stands twice"),
+                ));
+            }
+        }
         if points.checked_mul(trials).is_none_or(|n| n > LANDINGS) {
             let message = format!(
                 "expected at most {LANDINGS} landings in all, found {trials} at each of {points} points"

@@ -1,5 +1,7 @@
 //! The swept and drawn keys of a sweep file, and setting them in a scenario.
 
+use std::collections::HashSet;
+
 use toml::{Table, Value};
 
 use super::draw::Distribution;
@@ -40,9 +42,6 @@ pub(super) fn lists(
                 ));
             }
             Value::Array(values) => {
-                if let Some(i) = (1..values.len()).find(|&i| values[..i].contains(&values[i])) {
-                    return Err((key, format!("{} stands twice", values[i])));
-                }
                 out.push((key, values.clone()));
             }
             Value::Table(below) => lists(&format!("{key}."), below, out)?,
@@ -50,6 +49,19 @@ pub(super) fn lists(
         }
     }
     Ok(())
+}
+
+/// A value that stands twice in a list, if one does.
+pub(super) fn twice(values: &[Value]) -> Option<&Value> {
+    let mut seen = HashSet::new();
+    values.iter().find(|value| {
+        // Both zeros are one number.
+        let text = value.as_float().map_or_else(
+            || value.to_string(),
+            |number| Value::Float(number + 0.0).to_string(),
+        );
+        !seen.insert(text)
+    })
 }
 
 /// The distributions of a sweep.
@@ -163,6 +175,19 @@ mod tests {
                 .unwrap_err()
                 .contains("`x`")
         );
+    }
+
+    #[test]
+    fn prop_values_that_stand_twice_are_found_in_long_lists() {
+        let mut values: Vec<Value> = (0..200_000).map(|i| f64::from(i).into()).collect();
+        assert_eq!(twice(&values), None);
+        values.push((-0.0).into());
+        assert_eq!(twice(&values), Some(&(-0.0).into()));
+        // A whole number and its float are two values.
+        assert_eq!(twice(&[1.into(), 1.0.into()]), None);
+        let table = |text: &str| Value::Table(toml::from_str(text).unwrap());
+        let (a, b) = (table("a = 1\nb = 2"), table("b = 2\na = 1"));
+        assert_eq!(twice(&[a, b.clone()]), Some(&b));
     }
 
     #[test]
