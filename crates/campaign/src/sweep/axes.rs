@@ -41,6 +41,12 @@ pub(super) fn of_lift(key: &str) -> bool {
     keys.contains(&key) || key.starts_with("plant.motor")
 }
 
+/// Whether a key changes where a landing can begin.
+pub(super) fn of_start(key: &str) -> bool {
+    let tops = ["start_m", "start_sd_m", "landed_height_m", "crash"];
+    tops.contains(&key.split('.').next().unwrap_or(key))
+}
+
 impl Axes {
     pub(super) fn of(settings: &SweepSettings, bad: &KeyError<'_>) -> Result<Self> {
         let mut grid = Vec::new();

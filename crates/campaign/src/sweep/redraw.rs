@@ -1,11 +1,12 @@
-//! Draws of vehicles that do not lift themselves are replaced, and counted.
+//! Draws of vehicles that do not lift themselves, and of starts from which no landing can begin, are replaced and counted.
 
+use rayon::prelude::*;
 use toml::{Table, Value};
 use touchdown_flight::thrust::LEAST_THRUST_TO_WEIGHT;
 use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::landing::space::{TruthSettings, thrust_to_weight};
 
-use super::axes::of_lift;
+use super::axes::{of_lift, of_start};
 use super::keys::set;
 use super::points::Sweep;
 use crate::error::Result;
@@ -45,6 +46,30 @@ impl Sweep {
         (0..self.trials())
             .map(|trial| u64::from(self.accepted(trial).1))
             .sum()
+    }
+
+    /// Draws of starts that were replaced in all landings.
+    pub(super) fn redrawn_starts(&self) -> Result<u64> {
+        // An autopilot in the loop starts on the deck.
+        if self.settings.autopilot.is_some() {
+            return Ok(0);
+        }
+        let seed = self.settings.seed;
+        let drawn = self.random.iter().any(|(key, _)| of_start(key));
+        let of_point = |point: u64| -> Result<u64> {
+            let shared = self.scenario(point)?;
+            let of_trial = |trial| -> Result<u64> {
+                let redrawn = if drawn {
+                    let (own, _) = self.scenario_with(point, &self.draws(trial))?;
+                    own.redrawn_starts(trial, seed)
+                } else {
+                    shared.redrawn_starts(trial, seed)
+                };
+                Ok(u64::from(redrawn))
+            };
+            (0..self.trials()).map(of_trial).sum()
+        };
+        (0..self.points()).into_par_iter().map(of_point).sum()
     }
 
     /// Refuses a trial whose draws never lift.

@@ -192,6 +192,9 @@ pub struct CampaignResults {
     /// Draws that were replaced, because their true vehicle has a thrust over weight below 1.3; absent where none was.
     #[serde(skip_serializing_if = "is_zero")]
     pub redrawn: u64,
+    /// Drawn starts that were replaced in all landings, because they were too low or lost; absent where none was.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub redrawn_starts: u64,
     /// Figures of every point.
     pub points: Vec<PointFigures>,
     /// The worst landings: crashes, then what did not land, then the hardest.
@@ -199,15 +202,22 @@ pub struct CampaignResults {
 }
 
 impl CampaignResults {
-    /// How many draws were replaced, and why, in a sentence; none where none was.
+    /// How many draws were replaced, and why, a sentence each.
     #[must_use]
-    pub fn redrawn_text(&self) -> Option<String> {
-        (self.redrawn > 0).then(|| {
+    pub fn redrawn_texts(&self) -> Vec<String> {
+        let vehicles = (self.redrawn > 0).then(|| {
             format!(
                 "{} draws were replaced: their true vehicle has a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times its weight",
                 self.redrawn
             )
-        })
+        });
+        let starts = (self.redrawn_starts > 0).then(|| {
+            format!(
+                "{} drawn starts were replaced: they were too low above `landed_height_m`, or farther than `crash.lost_m` from the way to the deck",
+                self.redrawn_starts
+            )
+        });
+        vehicles.into_iter().chain(starts).collect()
     }
 }
 
@@ -249,6 +259,7 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
         reproducible_to_the_bit: sweep.settings().autopilot.map(|_| false),
         landings: rows.len() as u64,
         redrawn: sweep.redrawn(),
+        redrawn_starts: sweep.redrawn_starts()?,
         worst: worst.collect::<Result<_>>()?,
         points,
     })

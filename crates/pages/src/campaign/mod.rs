@@ -120,7 +120,8 @@ fn drawn(sweep: &Sweep, results: &CampaignResults) -> Vec<String> {
             random.join(", ")
         )
     });
-    let replaced = results.redrawn_text().map(|text| format!("{text}."));
+    let replaced = results.redrawn_texts().into_iter();
+    let replaced = replaced.map(|text| format!("{text}."));
     every.into_iter().chain(replaced).collect()
 }
 

@@ -333,7 +333,7 @@ pub(crate) fn print_report(
     let mut lines = vec![table(results)];
     lines.extend(outcomes::not_flown(sweep, rows, results));
     lines.extend(outcomes::failures(sweep, rows, results));
-    lines.extend(results.redrawn_text());
+    lines.extend(results.redrawn_texts());
     context.reported(&lines.join("\n"), out, results);
     Done::Whole
 }

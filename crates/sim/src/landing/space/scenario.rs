@@ -60,13 +60,18 @@ impl CrashSettings {
 /// fit a strength of 0.42.
 const MEASURED_STRENGTH: f64 = 0.5;
 
+/// Least height of a start above the landed height, m: a few times the error of a range finder. The effect of halving or doubling was not
+/// measured.
+const LEAST_START_M: f64 = 0.05;
+
 /// A landing in six degrees of freedom.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SpaceScenario {
     /// Place at the start relative to the deck's centre, world axes, m.
     pub start_m: [f64; 3],
-    /// Standard deviation of that place on each axis, m.
+    /// Standard deviation of that place on each axis, m. A place less than 0.05 m above `landed_height_m`, or one that counts as lost,
+    /// is drawn again.
     pub start_sd_m: [f64; 3],
     /// Height along the deck's normal at which the vehicle has landed, m.
     pub landed_height_m: f64,
@@ -172,9 +177,9 @@ impl SpaceScenario {
         }
         check::not_negative("landed_height_m", self.landed_height_m)?;
         check::that(
-            self.start_m[2].is_finite() && self.start_m[2] > self.landed_height_m,
+            self.start_m[2] >= self.landed_height_m + LEAST_START_M,
             "start_m",
-            "a height above `landed_height_m`",
+            &format!("a height of at least {LEAST_START_M} m above `landed_height_m`"),
             self.start_m[2],
         )?;
         check::within("timeout_s", self.timeout_s, STEP_S, 3600.0)?;
@@ -203,7 +208,20 @@ impl SpaceScenario {
             ),
             aside,
         )?;
+        for sd_m in self.start_sd_m {
+            check::that(
+                sd_m <= self.crash.lost_m,
+                "start_sd_m",
+                &format!("at most `crash.lost_m` = {} m", self.crash.lost_m),
+                sd_m,
+            )?;
+        }
         consistency::check(self)
+    }
+
+    /// Whether a landing can begin at a place relative to the deck's centre.
+    pub(super) fn can_start_at(&self, place_m: [f64; 3]) -> bool {
+        place_m[2] >= self.landed_height_m + LEAST_START_M && !self.is_lost(place_m)
     }
 
     /// Whether a place, relative to the deck's mean place, is farther than `crash.lost_m` from the straight way between start and deck.

@@ -10,6 +10,10 @@ use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::random::{Purpose, Stream};
 
+/// Draws of a start that are replaced before the mean start is taken. Of a spread that [`SpaceScenario::check`] accepts at least a
+/// tenth starts in the air near the mean start, so that one trial in 1e45 needs as many.
+const MOST_REDRAWS: u32 = 1000;
+
 /// The random numbers of a trial.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TrialDraw {
@@ -21,22 +25,24 @@ pub(super) struct TrialDraw {
     pub(super) phase: f64,
     /// Place relative to the deck's centre, m.
     place_m: [f64; 3],
+    /// Draws that this place replaces.
+    redrawn: u32,
 }
 
 impl TrialDraw {
     pub(super) fn new(scenario: &SpaceScenario, trial: u64, seed: u64) -> Self {
         let mut spread = Stream::new(seed, trial, Purpose::Spread);
         let (thrust, scale, phase) = (spread.normal(), spread.uniform(), spread.uniform());
-        let offset: [f64; 3] = std::array::from_fn(|_| spread.normal());
+        let (place_m, redrawn) = place_of(scenario, &mut spread);
         let of = &scenario.spread;
         let (low, high) = (of.ground_effect_scale_min, of.ground_effect_scale_max);
         let scale = scenario.ground_effect_strength * (low + (high - low) * scale);
-        let start = |k: usize| scenario.start_m[k] + scenario.start_sd_m[k] * offset[k];
         Self {
             thrust_error: of.thrust_scale_sd * thrust,
             ground_effect_scale: scenario.plant.ground_effect_scale * scale,
             phase,
-            place_m: std::array::from_fn(start),
+            place_m,
+            redrawn,
         }
     }
 
@@ -56,8 +62,7 @@ impl TrialDraw {
         vehicle: &RigidVehicle,
         deck: &DeckPose,
     ) -> (RigidState, f64) {
-        let [x, y, z] = self.place_m;
-        let height_m = z.max(scenario.landed_height_m + 0.05);
+        let [x, y, height_m] = self.place_m;
         // The mean wind where it starts.
         let wake = scenario.wind.airwake;
         let lost = wake.map_or(0.0, |wake| wake.deficit() * wake.share(height_m));
@@ -74,6 +79,27 @@ impl TrialDraw {
         state.position_m[0] += x;
         state.position_m[1] += y;
         (state, throttle)
+    }
+}
+
+/// The first drawn place from which a landing can begin, m, and how many draws it replaces.
+fn place_of(scenario: &SpaceScenario, spread: &mut Stream) -> ([f64; 3], u32) {
+    for redrawn in 0..MOST_REDRAWS {
+        let offset: [f64; 3] = std::array::from_fn(|_| spread.normal());
+        let start = |k: usize| scenario.start_m[k] + scenario.start_sd_m[k] * offset[k];
+        let place_m = std::array::from_fn(start);
+        if scenario.can_start_at(place_m) {
+            return (place_m, redrawn);
+        }
+    }
+    (scenario.start_m, MOST_REDRAWS)
+}
+
+impl SpaceScenario {
+    /// How many draws of a trial's start were replaced, because no landing can begin there.
+    #[must_use]
+    pub fn redrawn_starts(&self, trial: u64, seed: u64) -> u32 {
+        TrialDraw::new(self, trial, seed).redrawn
     }
 }
 
