@@ -290,3 +290,53 @@ fn prop_a_companion_for_another_vehicle_is_warned_of() {
     let size = "[vehicle]\npreset = \"quadrotor_4kg\"\n";
     assert_eq!(["", payload, size].map(warned), [false, false, true]);
 }
+
+#[test]
+fn regress_a_wait_for_an_autopilot_is_reported_with_its_address() {
+    if common::ignores_interrupts() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let deck = folder.path().join("deck.toml");
+    std::fs::write(&deck, DECK).unwrap();
+    let out = folder.path().join("out");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_touchdown"));
+    command
+        .args(["simulator", "px4"])
+        .arg(&deck)
+        .arg("--out")
+        .arg(&out);
+    // A port that the instances of the other tests do not use.
+    command.args(["--instance", "9"]);
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    // The test program stops what waits without a line.
+    let (id, waited) = (child.id(), std::time::Duration::from_secs(20));
+    let stop = std::thread::spawn(move || {
+        std::thread::park_timeout(waited);
+        let signal = Command::new("kill")
+            .args(["-INT", &id.to_string()])
+            .status();
+        assert!(signal.unwrap().success());
+    });
+    let mut said = Vec::new();
+    for line in lines.by_ref().map(Result::unwrap) {
+        let waits = line.contains("waits for PX4 at TCP 127.0.0.1:4569");
+        said.push(line);
+        if waits {
+            stop.thread().unpark();
+        }
+    }
+    stop.join().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{said:?}");
+    assert!(
+        said.iter().any(|line| line.contains("waits for PX4")),
+        "{said:?}"
+    );
+    let last = said.last().unwrap();
+    assert!(
+        last.contains("no landing has ended") && !last.contains("recording"),
+        "{last}"
+    );
+}

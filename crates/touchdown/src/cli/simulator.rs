@@ -1,6 +1,8 @@
 //! `touchdown simulator`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Serialize;
 use touchdown::settings;
@@ -83,12 +85,11 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
     }
     output::results_folder(context, &args.out)?;
     let autopilots = Autopilots::default();
-    let (folder, stopped) = (args.out.display().to_string(), autopilots.clone());
+    let ended = Arc::new(AtomicU64::new(0));
+    let (out, stopped, so_far) = (args.out.clone(), autopilots.clone(), Arc::clone(&ended));
     context.if_interrupted(move || {
         stopped.interrupt();
-        format!(
-            "{folder} has the files of the landings that ended; the recording of the one that was flown ends where it was stopped, and results.json is missing"
-        )
+        interrupted(&out, so_far.load(Ordering::Relaxed))
     });
     let mut table = String::new();
     line(
@@ -108,6 +109,7 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
         line(&mut table, cells.chain([stopped_after]));
         output::write(&args.out.join("landings.csv"), table.as_bytes())?;
         landings.push(result);
+        ended.store(trial + 1, Ordering::Relaxed);
     }
     let results = Results {
         autopilot: AutopilotProgram::from(args.autopilot_kind).name(),
@@ -122,6 +124,27 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
     output::results(&args.out, &results)?;
     context.object(&results);
     Ok(Done::Whole)
+}
+
+/// Which files an interrupted command leaves after that many landings.
+fn interrupted(out: &Path, ended: u64) -> String {
+    let folder = out.display();
+    let files = match ended {
+        0 => format!("no landing has ended, and {folder} has no results"),
+        1 => format!("{folder} has the files of one landing that ended; results.json is missing"),
+        _ => format!(
+            "{folder} has the files of {ended} landings that ended; results.json is missing"
+        ),
+    };
+    let recording = file(out, "flight", ended, "mcap");
+    if recording.exists() {
+        format!(
+            "{files}; the recording {} ends where it was stopped",
+            recording.display()
+        )
+    } else {
+        files
+    }
 }
 
 fn load(args: &SimulatorArgs) -> Result<Sweep> {

@@ -1,7 +1,8 @@
 //! The autopilot's link to the simulator: first an open port, then a connection.
 
+use std::cell::Cell;
 use std::net::{TcpListener, TcpStream};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use touchdown_link::LinkError;
 use touchdown_link::simulator::ardupilot::ArduPilot;
@@ -14,6 +15,8 @@ const PX4_STEPS: u64 = px4::PERIOD_US / 1000;
 const ARDUPILOT_STEPS: u64 = 2;
 /// Real time between two looks for PX4.
 const LOOK: Duration = Duration::from_millis(5);
+/// Real time after which a wait for an autopilot is reported: one that is started along with this command connects within a second.
+const REPORTED: Duration = Duration::from_secs(3);
 
 /// A port at which an autopilot is expected.
 pub(super) enum Opening {
@@ -32,11 +35,34 @@ pub(super) enum Link {
 }
 
 impl Opening {
-    /// Waits for the autopilot, with its first motor signals, until `given_up`.
+    /// The port, in words.
+    fn address(&self) -> String {
+        match self {
+            Self::Px4(listener) => match listener.local_addr() {
+                Ok(address) => format!("PX4 at TCP {address}"),
+                Err(_) => "PX4".to_string(),
+            },
+            Self::ArduPilot(ardupilot) => match ardupilot.port() {
+                Ok(port) => format!("ArduPilot at UDP 127.0.0.1:{port}"),
+                Err(_) => "ArduPilot".to_string(),
+            },
+        }
+    }
+
+    /// Waits for the autopilot, with its first motor signals, until `given_up`; `report` gets a line if that takes long.
     pub(super) fn connect(
         self,
         given_up: impl Fn() -> bool,
+        report: impl Fn(&str),
     ) -> Result<Option<(Link, Motors)>, LinkError> {
+        let (asked, reported) = (Instant::now(), Cell::new(false));
+        let address = self.address();
+        let given_up = || {
+            if asked.elapsed() > REPORTED && !reported.replace(true) {
+                report(&format!("waits for {address}; Ctrl-C ends it"));
+            }
+            given_up()
+        };
         match self {
             Self::Px4(listener) => {
                 while !given_up() {

@@ -113,7 +113,12 @@ impl<'a> Session<'a> {
         let asked = Instant::now();
         let process = participants.process;
         let given_up = || process.is_some_and(|p| p.ended().is_some() || asked.elapsed() > CONNECT);
-        let Some((link, motors)) = opening.connect(given_up)? else {
+        let report = |text: &str| {
+            if limits.verbose {
+                context.aside(text);
+            }
+        };
+        let Some((link, motors)) = opening.connect(given_up, report)? else {
             return Err(Failure::of_autopilot(
                 process,
                 false,
