@@ -52,6 +52,28 @@ fn prop_the_cameras_turn_changes_nothing_but_the_image() {
 }
 
 #[test]
+fn regress_a_true_vehicle_that_is_none_is_named_by_its_ratio() {
+    let lifts = "below 0.0209 kg, the mass that full throttle lifts";
+    refused(
+        |s| s.truth.thrust = 0.01,
+        &["`truth.thrust`", "true `plant.mass_kg`", lifts],
+    );
+    refused(
+        |s| s.truth.mass = 100.0,
+        &["`truth.mass`", "true `plant.mass_kg`", "found 137"],
+    );
+    refused(
+        |s| s.truth.arm = 0.1,
+        &["`truth.arm`", "true `plant.rotor_spacing_m`"],
+    );
+    // The stated vehicle is wrong itself.
+    refused(
+        |s| (s.truth.mass, s.plant.mass_kg) = (1.1, 50.0),
+        &["setting `plant.mass_kg`", "found 50"],
+    );
+}
+
+#[test]
 fn prop_images_that_nothing_was_fitted_to_are_refused() {
     let camera = "sensors.tag.camera";
     refused(

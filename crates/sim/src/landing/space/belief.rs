@@ -145,6 +145,40 @@ fn of_belief(error: SimError) -> SimError {
 }
 
 impl SpaceScenario {
+    /// The error of the true vehicle, by the ratio of `truth` that makes it where the stated vehicle has none.
+    pub(super) fn of_truth(&self, error: SimError) -> SimError {
+        let truth = &self.truth;
+        let ratios = [
+            ("plant.mass_kg", "mass", truth.mass),
+            ("plant.mass_kg", "thrust", truth.thrust),
+            ("plant.rotor_spacing_m", "arm", truth.arm),
+            ("plant.motor.time_constant_s", "motor_lag", truth.motor_lag),
+            ("plant.motor", "thrust", truth.thrust),
+            ("body.inertia_kg_m2", "inertia", truth.inertia),
+            ("command_delay_s", "delay", truth.delay),
+            ("sensors.imu.latency_s", "delay", truth.delay),
+        ];
+        let SimError::Setting {
+            key,
+            expected,
+            found,
+        } = &error
+        else {
+            return error;
+        };
+        let mut made = ratios
+            .into_iter()
+            .filter(|(of, _, ratio)| key.starts_with(of) && (ratio - 1.0).abs() > 0.0);
+        let Some((_, name, _)) = made.next() else {
+            return error;
+        };
+        SimError::Setting {
+            key: format!("truth.{name}"),
+            expected: format!("for the true `{key}` {expected}"),
+            found: found.clone(),
+        }
+    }
+
     /// The belief with every value that is absent taken from the stated vehicle.
     #[must_use]
     pub fn complete_belief(&self) -> BelievedSettings {

@@ -1,5 +1,6 @@
 //! A checked scenario, and its landings.
 
+use super::belief::TruthSettings;
 use super::computer::computer;
 use super::flight::{Flight, StepHook};
 use super::outcome::{SpaceLanding, SpaceOutcome};
@@ -56,7 +57,23 @@ impl SpaceLander {
     /// # Errors
     /// Names the first bad key, what is expected and what was found.
     pub fn new(scenario: &SpaceScenario) -> Result<Self, SimError> {
-        let scenario = &scenario.resolved()?;
+        let of_truth = scenario.truth != TruthSettings::default();
+        Self::of_resolved(&scenario.resolved()?).map_err(|error| {
+            let stated = SpaceScenario {
+                truth: TruthSettings::default(),
+                ..scenario.clone()
+            };
+            match of_truth {
+                true => Self::new(&stated)
+                    .err()
+                    .unwrap_or_else(|| scenario.of_truth(error)),
+                false => error,
+            }
+        })
+    }
+
+    /// The lander of a scenario whose vehicle is the true one.
+    fn of_resolved(scenario: &SpaceScenario) -> Result<Self, SimError> {
         let vehicle = RigidVehicle::new(&scenario.plant, &scenario.body)?
             .with_legs(&scenario.legs, &scenario.plant)?;
         scenario.check()?;
