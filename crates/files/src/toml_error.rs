@@ -219,7 +219,12 @@ fn sentence(message: &str) -> String {
         .find_map(|start| message.strip_prefix(start))
         .and_then(|rest| rest.rsplit_once(", expected "));
     match told {
-        Some((found, expected)) => format!("expected {}, found {found}", in_words(expected)),
+        // A name among some, such as a controller.
+        Some((_, "string only")) => "expected a text, found another value".to_owned(),
+        Some((found, expected)) => {
+            let found = if found == "map" { "a table" } else { found };
+            format!("expected {}, found {found}", in_words(expected))
+        }
         None => message.replace('\n', "; "),
     }
 }

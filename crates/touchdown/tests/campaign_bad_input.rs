@@ -278,3 +278,34 @@ fn regress_the_limit_of_points_is_checked_before_values_are_compared() {
         "{said}"
     );
 }
+
+#[test]
+fn regress_errors_of_swept_values_name_the_key_as_it_was_written() {
+    let sea = "trials = 1\n[scenario.deck]\nkind = \"sea\"\n[grid]\n\"deck.spectrum.signifcant_height_m\" = [1.0]\n";
+    let said = refused(sea);
+    assert!(
+        said.contains("key `deck.spectrum.signifcant_height_m`: unknown key"),
+        "{said}"
+    );
+    let said = refused("[grid]\n\"control.controller\" = [\"dynamic\", 3]\n");
+    assert!(
+        said.contains("key `control.controller`: expected a text, found another value"),
+        "{said}"
+    );
+    let said = refused("[scenario.faults]\ntag_lost = { from_s = 1.0, to_s = 2.0 }\n");
+    assert!(
+        said.contains("`scenario.faults.tag_lost`: expected a list, found a table"),
+        "{said}"
+    );
+    let said = refused("[scenario]\ntruth.thrust = 0.01\n");
+    assert!(said.contains("setting `truth.thrust`"), "{said}");
+}
+
+#[test]
+fn regress_settings_that_others_replace_are_refused() {
+    let said = refused("[grid]\n\"control.relative.range.quantum_m\" = [0.01, 0.05]\n");
+    assert!(
+        said.contains("`sensors.range.quantum_m` replaces it, found 0.05"),
+        "{said}"
+    );
+}

@@ -101,7 +101,7 @@ fn prop_cards_that_are_given_are_flown() {
 fn prop_bad_scenarios_are_one_error_and_nothing_written() {
     let folder = tempfile::tempdir().unwrap();
     let scenario = folder.path().join("s.toml");
-    let cases: [(&str, &[&str]); 9] = [
+    let cases: [(&str, &[&str]); 11] = [
         (
             "[scenario.plant]\nmass_kg = -1.0\n",
             &["s.toml", "mass_kg", "-1"],
@@ -128,6 +128,18 @@ fn prop_bad_scenarios_are_one_error_and_nothing_written() {
         (
             "[cards]\nthrust = \"no-such-card.toml\"\n",
             &["no-such-card.toml"],
+        ),
+        (
+            "control.deck_lead_s = -1.0\n",
+            &["s.toml", "key `control.deck_lead_s`", "found -1"],
+        ),
+        (
+            "control.end_height_m = 1e9\n",
+            &[
+                "s.toml",
+                "key `control.end_height_m`",
+                "`scenario.start_height_m` = 0.5",
+            ],
         ),
     ];
     for (text, named) in cases {

@@ -367,10 +367,21 @@ impl Sweep {
             self.set(&mut table, "random", key, value)?;
             values.push((key, value));
         }
-        let scenario = table
-            .try_into()
-            .map_err(|e: toml::de::Error| self.at(&values, &TomlError::new("", &e)))?;
+        let scenario = table.clone().try_into();
+        let scenario = scenario.map_err(|e: toml::de::Error| self.unread(&table, &values, &e))?;
         Ok((scenario, values))
+    }
+
+    /// The error of a table that is no scenario.
+    fn unread(&self, table: &Table, values: &[(&str, &Value)], error: &toml::de::Error) -> Error {
+        // Errors in tables of several kinds name no key above the unknown one: it is looked for in the text, whose lines nobody
+        // knows.
+        let text = toml::to_string(table).unwrap_or_default();
+        let error = TomlError {
+            line: None,
+            ..TomlError::new(&text, error)
+        };
+        self.at(values, &error)
     }
 
     pub(super) fn built(&self, point: u64, trial: u64) -> Result<SpaceLander> {

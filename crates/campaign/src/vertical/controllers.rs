@@ -1,10 +1,10 @@
 //! Vertical controllers of the methods by name, with the models of cards.
 
-use touchdown_flight::Method;
 use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Validity};
 use touchdown_flight::method::{Feedforward, VerticalLanding};
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_flight::vertical_controller::VerticalController;
+use touchdown_flight::{Method, SettingsError};
 use touchdown_model::{Card, Form};
 use touchdown_sim::deck::DeckMotion;
 
@@ -115,16 +115,120 @@ fn empirical(cards: &Cards) -> Result<&Card> {
 /// Checks controllers' settings without any card.
 ///
 /// # Errors
-/// The first setting out of range.
-pub fn check(settings: &LandSettings) -> Result<()> {
-    let cards = Cards {
-        thrust: Card::parse(touchdown_model::published::EQ_11, "eq11")?,
-        vehicle: VehicleSettings::default(),
-        empirical: None,
-        dynamic: None,
+/// The first setting out of range: its key in the file of a landing, and what is wrong with it.
+pub fn check(settings: &LandSettings) -> std::result::Result<(), (String, String)> {
+    let other = |error: Error| ("control".to_owned(), error.to_string());
+    let thrust = Card::parse(touchdown_model::published::EQ_11, "eq11");
+    let thrust = thrust.map_err(|error| other(error.into()))?;
+    let thrust = VehicleSettings::default().thrust(&thrust).map_err(other)?;
+    let plant = &settings.scenario.plant;
+    let landing = VerticalLanding {
+        mass_kg: plant.mass_kg,
+        gravity_mps2: plant.gravity_mps2,
+        start_height_m: settings.scenario.start_height_m,
+        // Any: it is that of the deck, which may be measured.
+        deck_angular_frequency: Some(std::f64::consts::PI),
+        deck_acceleration: true,
     };
+    let none = Guarded::new(GroundEffectModel::None, Validity::default());
     for method in [Method::Feedback, Method::Imbc, Method::Ssc] {
-        controller(method, &cards, settings, false)?;
+        let made = settings.control.controller(method, &landing, thrust, none);
+        made.map_err(|error| refused(&error))?;
     }
     Ok(())
+}
+
+/// A refused setting by its key in the file of a landing, and what is wrong with it.
+fn refused(error: &SettingsError) -> (String, String) {
+    match *error {
+        SettingsError::NotFinite { key, found } => {
+            let message = format!("expected a finite number, found {found}");
+            (key_of_file(key), message)
+        }
+        SettingsError::OutOfRange {
+            key,
+            expected,
+            found,
+        } => (
+            key_of_file(key),
+            format!("expected {expected}, found {found}"),
+        ),
+        SettingsError::Order {
+            lower_key,
+            lower,
+            upper_key,
+            upper,
+        } => {
+            let upper_key = key_of_file(upper_key);
+            let message = format!("expected less than `{upper_key}` = {upper}, found {lower}");
+            (key_of_file(lower_key), message)
+        }
+        _ => ("control".to_owned(), error.to_string()),
+    }
+}
+
+/// The key of a landing's file that sets a setting of the vertical controller.
+fn key_of_file(key: &str) -> String {
+    match key {
+        "mass_kg" | "gravity_mps2" => format!("scenario.plant.{key}"),
+        "reference.exponential.start_height_m" => "scenario.start_height_m".to_owned(),
+        "deck.lead_s" => "control.deck_lead_s".to_owned(),
+        "imbc.poles_per_s" => "control.imbc_poles_per_s".to_owned(),
+        "imbc.k_p" | "ssc.k_p" => "control.gains.k_p".to_owned(),
+        "imbc.gamma" | "ssc.gamma" => "control.gains.gamma".to_owned(),
+        _ => match key.split_once('.') {
+            Some(("ssc", rest)) => format!("control.ssc_{rest}"),
+            Some(("reference", rest)) => {
+                format!("control.{}", rest.trim_start_matches("exponential."))
+            }
+            _ => format!("control.{key}"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_refused_setting_is_named_by_the_key_of_the_file() {
+        let refused = |change: fn(&mut LandSettings)| {
+            let mut settings = LandSettings::deck();
+            change(&mut settings);
+            check(&settings).unwrap_err()
+        };
+        for (change, key, message) in [
+            (
+                (|s| s.control.deck_lead_s = -1.0) as fn(&mut LandSettings),
+                "control.deck_lead_s",
+                "found -1",
+            ),
+            (
+                |s| s.control.end_height_m = 1e9,
+                "control.end_height_m",
+                "less than `scenario.start_height_m` = 0.5",
+            ),
+            (|s| s.control.c_per_s = 0.0, "control.c_per_s", "found 0"),
+            (
+                |s| s.control.gains.k_p = 0.0,
+                "control.gains.k_p",
+                "found 0",
+            ),
+            (
+                |s| s.control.ssc_rho_n = -2.0,
+                "control.ssc_rho_n",
+                "found -2",
+            ),
+            (
+                |s| s.control.limits.thrust_min_n = 30.0,
+                "control.limits.thrust_min_n",
+                "less than `control.limits.thrust_max_n` = 20.4",
+            ),
+        ] {
+            let (named, said) = refused(change);
+            assert_eq!(named, key);
+            assert!(said.contains(message), "{said}");
+        }
+        check(&LandSettings::deck()).unwrap();
+    }
 }

@@ -123,6 +123,6 @@ impl LandScenario {
         self.scenario
             .validate()
             .map_err(|e| bad("scenario", e.to_string()))?;
-        controllers::check(&self.land()).map_err(|e| bad("control", e.to_string()))
+        controllers::check(&self.land()).map_err(|(key, message)| bad(&key, message))
     }
 }

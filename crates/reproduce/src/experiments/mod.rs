@@ -94,7 +94,7 @@ pub fn check(settings: &ReproduceSettings, file: &str) -> Result<()> {
         ("ground_landing", settings.ground_landing),
         ("deck_landing", settings.deck_landing),
     ] {
-        controllers::check(&land).map_err(|e| bad(&format!("{key}.control"), e.to_string()))?;
+        controllers::check(&land).map_err(|(of, message)| bad(&format!("{key}.{of}"), message))?;
         land.scenario
             .validate()
             .map_err(|e| bad(&format!("{key}.scenario"), e.to_string()))?;
