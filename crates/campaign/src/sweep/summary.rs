@@ -212,9 +212,12 @@ impl CampaignResults {
             )
         });
         let starts = (self.redrawn_starts > 0).then(|| {
+            let count = match self.redrawn_starts {
+                1 => "one drawn start was".to_string(),
+                count => format!("{count} drawn starts were"),
+            };
             format!(
-                "{} drawn starts were replaced: they were too low above `landed_height_m`, or farther than `crash.lost_m` from the way to the deck",
-                self.redrawn_starts
+                "{count} replaced: too low above `landed_height_m`, or farther than `crash.lost_m` from the way to the deck"
             )
         });
         vehicles.into_iter().chain(starts).collect()
