@@ -66,6 +66,8 @@ pub struct ChannelInput<R> {
 pub struct ChannelOutput<R> {
     /// The command to send.
     pub command: Command<R>,
+    /// The thrust that is asked for, within the limits, N. The command may lead it.
+    pub demand_n: R,
     /// How the command met the limits.
     pub saturation: Saturation,
     /// The vertical force that thrust and ground effect are to give together, N.
@@ -193,7 +195,8 @@ impl<R: Real, G: GroundEffect<R>> VerticalChannel<'_, R, G> {
         } else {
             Saturation::No
         };
-        let sent_level_n = self.limits.thrust(asked) - tilted_n.finite_or(R::ZERO);
+        let demand_n = self.limits.thrust(asked);
+        let sent_level_n = demand_n - tilted_n.finite_or(R::ZERO);
         self.law
             .advance(&mut state.law, &demand, sent_level_n, saturation, dt);
         state.command = Command {
@@ -203,6 +206,7 @@ impl<R: Real, G: GroundEffect<R>> VerticalChannel<'_, R, G> {
         };
         ChannelOutput {
             command: state.command,
+            demand_n,
             saturation,
             vertical_n,
         }

@@ -424,4 +424,10 @@ impl<R: Real, S> ComputerState<R, S> {
             .as_ref()
             .map(|controller| &controller.vertical)
     }
+
+    /// The thrust that was asked for last, N, which a command leads; with the rotors off, that of the command.
+    fn demand_n(&self) -> R {
+        let controller = self.controller.as_ref();
+        controller.map_or(self.command.thrust_n, |controller| controller.demand_n)
+    }
 }

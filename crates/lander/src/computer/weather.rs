@@ -92,7 +92,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     pub(super) fn idle_slower(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
         let drop_m = self.feet.drop_m(motion.attitude, motion.deck_normal);
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
-        let share = state.command.thrust_n / weight_n;
+        let share = state.demand_n() / weight_n;
         let slower = R::ONE + drop_m.max(R::ZERO) * (r::<R>(IDLE_PER_DROP) / self.feet.radius_m);
         let leans = drop_m > self.state_machine.leaning_m;
         let across_mps = motion.relative_velocity_mps.horizontal().norm();

@@ -115,6 +115,8 @@ pub struct SpaceController<R: Real, G = Guarded<R>> {
 pub struct SpaceControllerState<R: Real, S> {
     /// Vertical law, models and the last command.
     pub vertical: VerticalState<R, S>,
+    /// The thrust that is asked for, within the limits, N. The last command leads it.
+    pub demand_n: R,
     /// Horizontal law.
     pub horizontal: HorizontalState<R>,
     /// Estimated disturbance, world axes, N; zero without an observer.
@@ -188,6 +190,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         };
         SpaceControllerState {
             vertical,
+            demand_n: thrust_n,
             horizontal: HorizontalState::default(),
             disturbance_n: self.observer.map_or(Vector::ZERO, |observer| {
                 let aside_n = motion.attitude.up().horizontal() * -thrust_n;
@@ -245,6 +248,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             cos_tilt: up.z,
         };
         let output = channel.command(&mut state.vertical, &input, lift, dt);
+        state.demand_n = output.demand_n;
 
         let errors = Errors {
             position_m: motion.position_m - target.position_m,
@@ -344,10 +348,11 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let motion = motion.or_previous(&state.motion);
         state.motion = motion;
         let lift = self.advance_estimates(state, &motion, Learn::Nothing, dt);
-        let last_n = state.vertical.command.thrust_n;
+        let last_n = state.demand_n;
         let thrust_n = self
             .limits
             .thrust((last_n - rate_n_per_s.abs() * dt).finite_or(last_n));
+        state.demand_n = thrust_n;
         let command = &mut state.vertical.command;
         command.thrust_n = thrust_n;
         command.throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
@@ -408,6 +413,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         last.thrust_n = self
             .limits
             .thrust(command.thrust_n.finite_or(last.thrust_n));
+        state.demand_n = last.thrust_n;
         last.throttle = self
             .limits
             .throttle(command.throttle.finite_or(last.throttle));

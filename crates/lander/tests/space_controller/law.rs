@@ -308,6 +308,29 @@ fn analytic_thrust_is_taken_back_along_the_deck() {
 }
 
 #[test]
+fn regress_thrust_is_taken_back_from_what_was_asked_for() {
+    let mut controller = space_controller::<f64>(GroundEffectModel::None);
+    controller.motor_lag_share = 0.5;
+    let motion = hovering(0.6);
+    for target_m in [0.5, 0.7] {
+        let mut state = controller.initial(&motion, hover_throttle());
+        let command = controller.step(&mut state, &motion, &target(target_m), 0.01);
+        let asked_n = state.demand_n;
+        // The command leads the demand, away from the thrust now.
+        let ahead_n = (command.thrust_n - asked_n) * (target_m - 0.6).signum();
+        assert!(ahead_n > 0.1, "{command:?}");
+        // At 10 N/s: a tenth of a newton less than what was asked for, not than the command. Roundings.
+        let first = controller.idle(&mut state, &motion, 10.0, 0.01);
+        assert!(
+            (first.thrust_n - (asked_n - 0.1)).abs() < 1e-12,
+            "{first:?}"
+        );
+        let second = controller.idle(&mut state, &motion, 10.0, 0.01);
+        assert!((second.thrust_n - (asked_n - 0.2)).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn regress_a_tag_that_flips_on_the_deck_does_not_tip_the_vehicle() {
     let controller = space_controller::<f64>(lag());
     // Twice the tilt of a deck on which it lands.

@@ -96,7 +96,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             wind_slope: self.wind_slope(state),
             hold_extra_m: self.hold_extra_m(state, deck_speed_mps, motion.position_m.z, dt),
             battery_share: sensed.battery_share,
-            thrust_share: state.command.thrust_n / weight_n,
+            thrust_share: state.demand_n() / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
             support_share: state
                 .support
