@@ -29,6 +29,7 @@ pub mod scores;
 pub mod settings;
 mod sparse_fit;
 pub mod thrust;
+mod thrust_scale;
 pub mod validation;
 pub mod warning;
 

@@ -9,6 +9,7 @@ use sindy::uncertainty::identifiability::{self, examine};
 use sindy::{Gram, Library, Samples};
 
 use super::GroundTrial;
+use super::data_check::{self, DataWarning};
 use super::derivative::{live_library, samples, zero_terms};
 use super::statics::{StaticMap, psi};
 use crate::settings::IdentificationSettings;
@@ -42,13 +43,15 @@ pub struct Identifiability {
     /// Apparent delay (dead time and lag) of the force behind its static value, median over the trials in
     /// which height moves (s).
     pub force_delay_s: Option<f64>,
-    /// What to record to cure what is missing.
+    /// What to record to cure what is missing, or to correct in the map.
     pub advice: Vec<Advice>,
 }
 
-/// What to record to cure what is missing, with the figure that shows the need; a sentence in results.
+/// What to record to cure what is missing, or to correct in the map, with the figure that shows the need; a sentence in results.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Advice {
+    /// Unit, sign or zero of a channel is in doubt.
+    Correct(DataWarning),
     /// Terms in v_q are zero throughout the data.
     MoveVehicle,
     /// An input hardly moves.
@@ -73,11 +76,12 @@ pub enum Advice {
 /// Examines `trials` before anything is fitted.
 ///
 /// # Errors
-/// Data that the library cannot be evaluated on.
+/// Heights or thrusts that no force rig measures, or data that the library cannot be evaluated on.
 pub fn examine_trials(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
 ) -> crate::Result<Identifiability> {
+    let doubts = data_check::check(trials, &settings.ground_effect)?;
     let samples = samples(trials, settings)?;
     let (library, grams) = live_library(&samples, settings)?;
     let report = examine(&library, &Gram::total(&grams), &samples)?;
@@ -91,14 +95,16 @@ pub fn examine_trials(
         lag_inflation,
         confounded: !(lag_inflation < CONFOUNDED_FROM),
         force_delay_s: force_delay(trials, h, lengths),
-        advice: Vec::new(),
+        advice: doubts.into_iter().map(Advice::Correct).collect(),
     };
-    found.advice = found.advice();
+    let records = found.records();
+    found.advice.extend(records);
     Ok(found)
 }
 
 impl Identifiability {
-    fn advice(&self) -> Vec<Advice> {
+    /// What to record.
+    fn records(&self) -> Vec<Advice> {
         let mut advice = Vec::new();
         if self.left_out.iter().any(|t| t.contains("v_q")) {
             advice.push(Advice::MoveVehicle);
@@ -124,6 +130,7 @@ impl Identifiability {
 impl fmt::Display for Advice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Correct(doubt) => doubt.fmt(f),
             Self::MoveVehicle => f.write_str(
                 "the vehicle never moved: terms in v_q cannot be identified on this rig; move the vehicle, or treat v_q as an \
                  approximation in flight",

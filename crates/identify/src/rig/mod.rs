@@ -1,10 +1,12 @@
 //! Ground-effect models from trials in which thrust and height were measured.
 //!
 //! The force is what the load cell measures beyond the free-air thrust, `f = F - T̂`, where `T̂` is the
-//! free run of a thrust card on the trial's own throttle. [`GroundTrial`] holds it; [`fit`] makes a card
+//! free run of a thrust card on the trial's own throttle. [`GroundTrial`] holds it; `data_check` asks whether units, signs and
+//! zeros of the channels can be right; [`fit`] makes a card
 //! of any form from it, [`forms`] cards of all forms; [`identifiability`] says what the data identify, [`levels`] sets the levels of identification side by
 //! side, [`relative`] asks whether eq. (9) needs both velocities.
 
+pub(crate) mod data_check;
 mod derivative;
 mod dynamic;
 pub mod forms;
@@ -14,6 +16,7 @@ pub mod relative;
 mod statics;
 mod trial;
 
+pub use data_check::DataWarning;
 pub use trial::{GroundTrial, predict, prepare, without_gaps};
 
 use derivative::Derivative;
@@ -27,13 +30,15 @@ use crate::warning::sentences;
 /// Fits one form to `trials`.
 ///
 /// # Errors
-/// Too few trials, a form that is none of the ground effect, or data that the form cannot be fitted to.
+/// Too few trials, a form that is none of the ground effect, heights or thrusts that no force rig measures, or data that the
+/// form cannot be fitted to.
 pub fn fit(
     form: Form,
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
 ) -> Result<FittedCard> {
+    let doubts = data_check::check(trials, &settings.ground_effect)?;
     let memory = form.entry().is_some_and(|entry| entry.state.is_some());
     let mut fitted = match form {
         Form::Derivative => Derivative::fit(trials, settings)?.card(settings, origin),
@@ -59,5 +64,7 @@ pub fn fit(
         fitted.judge_divergence(most_n, largest_n, "N");
     }
     fitted.card.warnings.extend(sentences(&fitted.warnings));
+    let doubts = doubts.iter().map(ToString::to_string);
+    fitted.card.warnings.extend(doubts);
     Ok(fitted)
 }

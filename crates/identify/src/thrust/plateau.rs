@@ -118,7 +118,7 @@ pub fn short_steps(trial: &Trial, settle_s: f64) -> Result<Option<f64>> {
 }
 
 /// The first and the ninth decile of the finite values, which gross outliers hardly move; none without a value.
-pub(super) fn tenths(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+pub(crate) fn tenths(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let mut v: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     v.sort_by(f64::total_cmp);
     Some([*v.get(v.len() / 10)?, *v.get(v.len() * 9 / 10)?])
