@@ -25,7 +25,7 @@ use touchdown_model::Form;
 use crate::error::Result;
 use crate::fitted::{FittedCard, Origin};
 use crate::settings::IdentificationSettings;
-use crate::warning::sentences;
+use crate::warning::{Warning, sentences};
 
 /// Fits one form to `trials`.
 ///
@@ -48,6 +48,10 @@ pub fn fit(
     fitted.check_finite()?;
     trial::validity(&mut fitted.card, trials, settings);
     if memory {
+        let zero = trial::zero_terms(&fitted.card, trials);
+        if !zero.is_empty() {
+            fitted.warnings.push(Warning::ZeroTerms(zero));
+        }
         let mut most_n = 0.0;
         for trial in trials {
             // A model of which no term is left has no free run.

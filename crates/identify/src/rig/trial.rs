@@ -4,7 +4,7 @@ use sindy::SavitzkyGolay;
 use sindy::derivative::savgol::Smoothed;
 use sindy::statistics::regression::Clusters;
 use sindy::trajectory::shooting::Record;
-use touchdown_model::card::{Card, Form};
+use touchdown_model::card::{Card, Form, Term};
 use touchdown_trial::Trial;
 
 use crate::delayed::delayed;
@@ -203,6 +203,23 @@ pub(super) fn rows(trials: &[GroundTrial]) -> usize {
     trials.iter().map(|t| t.time_s.len()).sum()
 }
 
+/// Whether a term has the deck's velocity.
+pub(super) fn is_of_deck_velocity(term: &Term) -> bool {
+    term.of == "k" || term.expression.contains("v_p")
+}
+
+/// The terms of a form with memory that are zero throughout the data, because the deck's velocity is.
+pub(super) fn zero_terms(card: &Card, trials: &[GroundTrial]) -> Vec<String> {
+    let velocities = || trials.iter().flat_map(|t| &t.deck_velocity_mps);
+    if velocities().any(|v| *v != 0.0) {
+        return Vec::new();
+    }
+    let of_velocity = card.terms.iter().filter(|t| is_of_deck_velocity(t));
+    of_velocity
+        .map(|t| format!("{}:{}", t.of, t.expression))
+        .collect()
+}
+
 /// Sets a card's validity box to what the trials covered.
 pub(super) fn validity(card: &mut Card, trials: &[GroundTrial], settings: &IdentificationSettings) {
     type Column = fn(&GroundTrial) -> &[f64];
@@ -226,11 +243,7 @@ pub(super) fn validity(card: &mut Card, trials: &[GroundTrial], settings: &Ident
         .inputs
         .get("v_q")
         .is_some_and(|[lo, hi]| hi > lo);
-    let uses_velocity = card
-        .terms
-        .iter()
-        .any(|t| t.of == "k" || t.expression.contains("v_p"));
-    if uses_velocity && !moves {
+    if card.terms.iter().any(is_of_deck_velocity) && !moves {
         card.validity.velocity_input = Some(settings.ground_effect.velocity_input);
         card.warnings.push(Warning::VehicleStoodStill.to_string());
     }

@@ -77,7 +77,11 @@ impl DynamicForm {
         });
         let refined = refine(&model, &records, settings, START_SD, &parameters)?;
         Ok(DynamicFit {
-            clusters: clusters(trials, names.len()),
+            // A coefficient at its bound, or of a channel that is zero, is not estimated.
+            clusters: clusters(
+                trials,
+                refined.std_errors.iter().filter(|e| e.is_finite()).count(),
+            ),
             rows: rows(trials),
             form: self,
             refined,

@@ -121,8 +121,10 @@ impl Reduced {
     ) -> (Vec<f64>, DMatrix<f64>) {
         let p = theta.len();
         // A parameter held by its bound is known there, not estimated.
+        // One on which no residual depends is where its prior has it: the data do not estimate it.
+        let seen = |j: usize| self.scores.iter().any(|score| score[j] != 0.0);
         let free: Vec<usize> = (0..p)
-            .filter(|&j| theta[j] > parameters[j].min && theta[j] < parameters[j].max)
+            .filter(|&j| theta[j] > parameters[j].min && theta[j] < parameters[j].max && seen(j))
             .collect();
         let k = free.len();
         let h = DMatrix::from_fn(k, k, |a, b| self.h[(free[a], free[b])]);

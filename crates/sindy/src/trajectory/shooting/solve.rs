@@ -53,8 +53,8 @@ pub enum Outcome {
 pub struct Refined {
     /// The parameters, in the model's order.
     pub parameters: Vec<f64>,
-    /// Standard errors robust to correlation inside groups; NaN unless there are more groups than parameters, and for a
-    /// parameter at its bound.
+    /// Standard errors robust to correlation inside groups; NaN unless there are more groups than parameters, for a
+    /// parameter at its bound, and for one on which no residual depends.
     pub std_errors: Vec<f64>,
     /// Correlation of the estimates, p x p, from the normal matrix.
     pub correlation: DMatrix<f64>,

@@ -1,0 +1,114 @@
+//! The lag form on trials of a force rig that follow it, and what is told where they do not identify it.
+
+use touchdown_identify::rig::{GroundTrial, fit};
+use touchdown_identify::{FittedCard, IdentificationSettings, Origin, Result};
+use touchdown_model::{Form, Term};
+
+const TAU_S: f64 = 0.15;
+const H: [f64; 4] = [-0.01, 0.06, 0.12, 0.04];
+const K: [f64; 2] = [-0.03, 0.09];
+const LENGTHS_M: [f64; 3] = [0.08, 0.2, 0.45];
+
+/// The bounded functions of height.
+fn psi(z: f64) -> [f64; 3] {
+    LENGTHS_M.map(|l| 1.0 / (1.0 + (z / l).powi(2)))
+}
+
+fn weighted(weights: &[f64], values: &[f64]) -> f64 {
+    weights.iter().zip(values).map(|(w, v)| w * v).sum()
+}
+
+/// A trial of 30 s: the deck moves by three sines of 0.1 to 1.5 Hz, the force follows the lag form in steps of a millisecond,
+/// and `rate_hz` rows per second are logged with noise of 0.02 N.
+fn trial(index: u32, rate_hz: usize) -> GroundTrial {
+    let i = f64::from(index);
+    let rates = [0.7 + 0.3 * i, 4.1 + 0.2 * i, 8.4 - 0.3 * i];
+    let height = |t: f64| 0.35 + 0.08 * rates.iter().map(|w| (w * t + 1.7 * i).sin()).sum::<f64>();
+    let velocity = |t: f64| {
+        -0.08
+            * rates
+                .iter()
+                .map(|w| w * (w * t + 1.7 * i).cos())
+                .sum::<f64>()
+    };
+    let static_ratio = |t: f64| H[0] + weighted(&H[1..], &psi(height(t)));
+    let free_n = 10.0 + 0.5 * i;
+    let mut g = static_ratio(0.0);
+    let mut rows = Vec::new();
+    for step in 0..30_000_usize {
+        let t = 0.001 * step as f64;
+        if step % (1000 / rate_hz) == 0 {
+            let k = K[0] + K[1] * psi(height(t))[2];
+            let noise = 0.02 * 1.41 * (171.3 * t + i).sin();
+            rows.push((t, free_n * (g + k * velocity(t)) + noise));
+        }
+        let middle = static_ratio(t + 0.0005);
+        g = middle + (g - middle) * (-0.001 / TAU_S).exp();
+    }
+    let time_s: Vec<f64> = rows.iter().map(|r| r.0).collect();
+    GroundTrial {
+        name: format!("t{index}"),
+        throttle: vec![0.5; time_s.len()],
+        height_m: time_s.iter().map(|t| height(*t)).collect(),
+        deck_velocity_mps: time_s.iter().map(|t| velocity(*t)).collect(),
+        vehicle_velocity_mps: vec![0.0; time_s.len()],
+        free_air_thrust_n: vec![free_n; time_s.len()],
+        force_n: rows.iter().map(|r| r.1).collect(),
+        truth_n: None,
+        time_s,
+    }
+}
+
+fn trials(count: u32, rate_hz: usize) -> Vec<GroundTrial> {
+    (0..count).map(|i| trial(i, rate_hz)).collect()
+}
+
+fn lag(trials: &[GroundTrial]) -> Result<FittedCard> {
+    fit(
+        Form::Lag,
+        trials,
+        &IdentificationSettings::default(),
+        &Origin::default(),
+    )
+}
+
+fn term<'a>(fitted: &'a FittedCard, of: &str) -> &'a Term {
+    fitted.card.terms.iter().find(|t| t.of == of).unwrap()
+}
+
+fn warned(fitted: &FittedCard, words: &str) -> bool {
+    fitted.card.warnings.iter().any(|w| w.contains(words))
+}
+
+#[test]
+fn regress_coefficients_of_a_velocity_that_is_missing_have_no_interval() {
+    let mut trials = trials(10, 100);
+    for trial in &mut trials {
+        trial.deck_velocity_mps.fill(0.0);
+    }
+    let fitted = lag(&trials).unwrap();
+    for of_k in fitted.card.terms.iter().filter(|t| t.of == "k") {
+        assert_eq!((of_k.value, of_k.std_error, of_k.ci95), (0.0, None, None));
+    }
+    assert!(term(&fitted, "h").ci95.is_some());
+    assert!(
+        warned(&fitted, "zero throughout the data: k:1, k:psi3"),
+        "{:?}",
+        fitted.card.warnings
+    );
+    assert!(warned(
+        &fitted,
+        "`deck_velocity_mps` and `vehicle_velocity_mps` are missing or zero"
+    ));
+}
+
+#[test]
+fn regress_thrust_in_grams_makes_no_card() {
+    let mut trials = trials(8, 100);
+    for trial in &mut trials {
+        let pairs = trial.force_n.iter_mut().zip(&trial.free_air_thrust_n);
+        pairs.for_each(|(f, free)| *f = (*f + free) / 9.80665e-3 - free);
+    }
+    let error = lag(&trials).unwrap_err().to_string();
+    assert!(error.contains("Is `thrust_n` in grams?"), "{error}");
+}
