@@ -81,6 +81,23 @@ fn warned(fitted: &FittedCard, words: &str) -> bool {
 }
 
 #[test]
+fn regress_the_lag_of_slow_logs_is_not_short() {
+    for (rate_hz, tolerance_s) in [
+        // The cubic between rows of 0.1 s leaves 0.3 % at 1.3 Hz. Lines cost 4 to 7 ms.
+        (10, 2e-3),
+        // Lines between rows of 0.01 s leave 0.07 %; noise of 0.02 N costs less than 0.5 ms.
+        (100, 1e-3),
+    ] {
+        let fitted = lag(&trials(10, rate_hz)).unwrap();
+        let tau = term(&fitted, "tau");
+        assert!(
+            (tau.value - TAU_S).abs() < tolerance_s,
+            "{rate_hz} Hz: {tau:?}"
+        );
+    }
+}
+
+#[test]
 fn regress_coefficients_of_a_velocity_that_is_missing_have_no_interval() {
     let mut trials = trials(10, 100);
     for trial in &mut trials {

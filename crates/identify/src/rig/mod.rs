@@ -6,6 +6,7 @@
 //! of any form from it, [`forms`] cards of all forms; [`identifiability`] says what the data identify, [`levels`] sets the levels of identification side by
 //! side, [`relative`] asks whether eq. (9) needs both velocities.
 
+mod between;
 pub(crate) mod data_check;
 mod derivative;
 mod dynamic;

@@ -7,6 +7,7 @@ use sindy::trajectory::shooting::Record;
 use touchdown_model::card::{Card, Form, Term};
 use touchdown_trial::Trial;
 
+use super::between::FineTrial;
 use crate::delayed::delayed;
 use crate::error::{Error, Result};
 use crate::fitted::range;
@@ -141,7 +142,12 @@ pub(super) fn predict_by(predictor: &Predictor, trial: &GroundTrial) -> Result<V
             finite.iter().sum::<f64>() / finite.len() as f64
         }
     };
-    predictor.run(&trial.name, &trial.time_s, &trial.columns(), start)
+    let run =
+        |trial: &GroundTrial| predictor.run(&trial.name, &trial.time_s, &trial.columns(), start);
+    match FineTrial::of(trial) {
+        Some(fine) => Ok(fine.at_rows(&run(&fine.trial)?)),
+        None => run(trial),
+    }
 }
 
 impl GroundTrial {

@@ -2,15 +2,17 @@
 
 mod forms;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use sindy::SavitzkyGolay;
 use sindy::statistics::regression::Clusters;
-use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Refined};
+use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Refined, Shooting};
 use touchdown_model::flight::psi_definitions;
 use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
+use super::between::FineTrial;
 use super::trial::{clusters, records, rows};
 use crate::error::Result;
 use crate::estimate::{Estimate, term};
@@ -72,10 +74,12 @@ impl DynamicForm {
                 smooth.iter().zip(thrust).map(|(f, t)| f / t).collect()
             })
             .collect();
-        let records = records(trials, Some(&guesses), |t| {
+        let fine = FineLogs::of(trials, guesses);
+        let records = records(&fine.trials, Some(&fine.guesses), |t| {
             [&t.free_air_thrust_n, &t.height_m, &t.deck_velocity_mps].map(Vec::as_slice)
         });
-        let refined = refine(&model, &records, settings, START_SD, &parameters)?;
+        let shooting = fine.shooting(settings, START_SD);
+        let refined = refine(&model, &records, settings, shooting, &parameters)?;
         Ok(DynamicFit {
             // A coefficient at its bound, or of a channel that is zero, is not estimated.
             clusters: clusters(
@@ -201,8 +205,8 @@ pub(super) fn polynomial(
         .iter()
         .map(|(_, v)| Parameter::free(*v).prior(v.abs().max(1.0)))
         .collect();
-    let smooth = smooth_forces(trials, settings)?;
-    let records = records(trials, Some(&smooth), |t| {
+    let fine = FineLogs::of(trials, smooth_forces(trials, settings)?);
+    let records = records(&fine.trials, Some(&fine.guesses), |t| {
         [
             &t.throttle,
             &t.height_m,
@@ -211,7 +215,50 @@ pub(super) fn polynomial(
         ]
         .map(Vec::as_slice)
     });
-    refine(&model, &records, settings, START_SD_N, &parameters)
+    let shooting = fine.shooting(settings, START_SD_N);
+    refine(&model, &records, settings, shooting, &parameters)
+}
+
+/// Logs with rows between theirs where they are slow, and the states to start from in all rows.
+struct FineLogs<'a> {
+    trials: Cow<'a, [GroundTrial]>,
+    guesses: Vec<Vec<f64>>,
+}
+
+impl<'a> FineLogs<'a> {
+    fn of(trials: &'a [GroundTrial], guesses: Vec<Vec<f64>>) -> Self {
+        let fine: Vec<Option<FineTrial>> = trials.iter().map(FineTrial::of).collect();
+        if fine.iter().all(Option::is_none) {
+            return Self {
+                trials: Cow::Borrowed(trials),
+                guesses,
+            };
+        }
+        let pairs = fine.into_iter().zip(trials).zip(guesses);
+        let (trials, guesses): (Vec<_>, _) = pairs
+            .map(|((fine, trial), guess)| match fine {
+                Some(fine) => {
+                    let guess = fine.joined(trial, &guess);
+                    (fine.trial, guess)
+                }
+                None => (trial.clone(), guess),
+            })
+            .unzip();
+        Self {
+            trials: Cow::Owned(trials),
+            guesses,
+        }
+    }
+
+    /// Residuals in every row where a log is slow: the rows between have none, and each of its own counts.
+    fn shooting(&self, settings: &IdentificationSettings, start_sd: f64) -> Shooting {
+        let shooting = settings.shooting.build(start_sd);
+        let every = match self.trials {
+            Cow::Borrowed(_) => shooting.every,
+            Cow::Owned(_) => 1,
+        };
+        Shooting { every, ..shooting }
+    }
 }
 
 fn smooth_forces(
@@ -229,12 +276,11 @@ fn refine(
     model: &OdeModel,
     records: &[Record<'_>],
     settings: &IdentificationSettings,
-    start_sd: f64,
+    shooting: Shooting,
     parameters: &[Parameter],
 ) -> Result<Refined> {
     // Over holes the model is integrated in steps that the shortest lag of the search allows.
     let step_s = 0.6 * settings.ground_effect.lag_bounds_s[0];
     let model = model.clone().with_max_step(step_s)?;
-    let shooting = settings.shooting.build(start_sd);
     Ok(shooting.refine(&model, records, parameters)?)
 }
