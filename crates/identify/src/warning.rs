@@ -108,6 +108,13 @@ pub enum Warning {
         /// Its unit.
         unit: &'static str,
     },
+    /// There are no intervals, because there are not more logs than coefficients.
+    TooFewLogs {
+        /// How many there are.
+        logs: usize,
+        /// Coefficients that they estimate.
+        coefficients: usize,
+    },
     /// A lag and an effect of the deck's velocity are confounded.
     LagConfounded {
         /// The two parameters.
@@ -295,6 +302,12 @@ impl fmt::Display for Warning {
             Self::Diverged { most, unit } => write!(
                 f,
                 "the model diverges in free run ({most:.3e} {unit}): it does not fly"
+            ),
+            Self::TooFewLogs { logs, coefficients } => write!(
+                f,
+                "no intervals: errors are correlated within a log, so each log counts once, and {logs} are too few for {coefficients} \
+                 coefficients. Record at least {}",
+                coefficients + 1
             ),
             Self::LagConfounded {
                 pair: [a, b],

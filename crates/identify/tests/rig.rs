@@ -120,6 +120,20 @@ fn regress_coefficients_of_a_velocity_that_is_missing_have_no_interval() {
 }
 
 #[test]
+fn regress_too_few_logs_for_intervals_are_told() {
+    let few = lag(&trials(7, 100)).unwrap();
+    assert!(few.card.terms.iter().all(|t| t.ci95.is_none()));
+    assert!(
+        warned(&few, "7 are too few for 7 coefficients. Record at least 8"),
+        "{:?}",
+        few.card.warnings
+    );
+    let enough = lag(&trials(8, 100)).unwrap();
+    assert!(enough.card.terms.iter().all(|t| t.ci95.is_some()));
+    assert!(!warned(&enough, "no intervals"));
+}
+
+#[test]
 fn regress_thrust_in_grams_makes_no_card() {
     let mut trials = trials(8, 100);
     for trial in &mut trials {

@@ -48,8 +48,10 @@ pub fn fit(
     };
     fitted.check_finite()?;
     trial::validity(&mut fitted.card, trials, settings);
+    let mut estimated = fitted.card.terms.len();
     if memory {
         let zero = trial::zero_terms(&fitted.card, trials);
+        estimated -= zero.len();
         if !zero.is_empty() {
             fitted.warnings.push(Warning::ZeroTerms(zero));
         }
@@ -67,6 +69,12 @@ pub fn fit(
             .filter(|f| f.is_finite())
             .fold(0.0, |most, f| f.abs().max(most));
         fitted.judge_divergence(most_n, largest_n, "N");
+    }
+    if trials.len() <= estimated {
+        fitted.warnings.push(Warning::TooFewLogs {
+            logs: trials.len(),
+            coefficients: estimated,
+        });
     }
     fitted.card.warnings.extend(sentences(&fitted.warnings));
     let doubts = doubts.iter().map(ToString::to_string);
