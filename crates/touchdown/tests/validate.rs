@@ -290,6 +290,36 @@ fn prop_gaps_in_the_input_are_not_judged() {
 }
 
 #[test]
+fn regress_a_card_that_export_refuses_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    write_log(&path("rotor.csv"), 3000, rotor_row);
+    let mut args = words(&["identify", "thrust"], &[path("rotor.csv")]);
+    args.extend(words(&["--out"], &[path("card.toml")]));
+    json(0, args);
+    let card = std::fs::read_to_string(path("card.toml")).unwrap();
+    let diverged = card.replace("schema = 1", "schema = 1\ndiverged = true");
+    std::fs::write(path("diverged.toml"), diverged).unwrap();
+    let files = ["card.toml", "diverged.toml", "rotor.csv"].map(path);
+    let judged = json(0, words(&["validate"], &files));
+    let warnings: Vec<&str> = judged["warnings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(Value::as_str)
+        .filter(|w| w.contains("does not fly"))
+        .collect();
+    let [warning] = warnings[..] else {
+        panic!("{judged}")
+    };
+    assert!(
+        warning.contains("diverged.toml: does not fly")
+            && warning.contains("its free run leaves the data"),
+        "{warning}"
+    );
+}
+
+#[test]
 fn prop_bad_input_is_one_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);

@@ -79,6 +79,14 @@ pub fn export(
     }
 }
 
+/// Whether [`export`] takes a card: whether a model of it flies.
+///
+/// # Errors
+/// A card that does not fly, with the reason.
+pub fn check(card: &Card) -> Result<(), CardError> {
+    FlyingModel::<f64>::of(card).map(|_| ())
+}
+
 fn c_files<R: Number>(card: &Card) -> Result<Vec<ExportedFile>, CardError> {
     let model = FlyingModel::<R>::of(card)?;
     Ok(c::files(card, &model, &identifier(&card.name)))

@@ -12,7 +12,7 @@ use touchdown_identify::flights::judge::IntervalFactors;
 use touchdown_identify::rig::GroundTrial;
 use touchdown_identify::scores::Errors;
 use touchdown_identify::validation::{FreeRun, judge_ground, judge_thrust};
-use touchdown_model::{Card, Kind};
+use touchdown_model::{Card, Kind, export};
 
 use super::args::identify::ValidateArgs;
 use super::context::Context;
@@ -99,6 +99,11 @@ pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
                 .map(move |w| format!("{name}: {w}"))
         })
         .collect();
+    let checked = cards.iter().map(|c| (c, export::check(&c.card)));
+    warnings.extend(checked.filter_map(|(c, check)| {
+        let error = check.err()?;
+        Some(format!("{}: does not fly: {error}", c.path.display()))
+    }));
     let flights = Flights::of(args, map.as_ref());
     let mut prepared: Vec<Option<GroundTrial>> = Vec::new();
     for log in &logs {
