@@ -184,15 +184,18 @@ fn expand(card: &Card, expr: &Expr) -> Expr {
     out
 }
 
-/// Half of the fastest time constant that a card names (s): what one step of the integration may span.
-fn max_step_s(card: &Card) -> f64 {
+/// The time constants that a card names (s).
+pub(crate) fn time_constants_s(card: &Card) -> impl Iterator<Item = f64> {
     let lags = ["T_m", "tau"].map(|of| card.coefficient(of, "1"));
     let rates =
         [("x'", "x"), ("f'", "f"), ("y'", "y")].map(|(of, x)| -1.0 / card.coefficient(of, x));
-    let fastest = lags
-        .into_iter()
+    lags.into_iter()
         .chain(rates)
-        .filter(|t| *t > 0.0)
-        .fold(f64::INFINITY, f64::min);
+        .filter(|t| *t > 0.0 && t.is_finite())
+}
+
+/// Half of the fastest time constant that a card names (s): what one step of the integration may span.
+fn max_step_s(card: &Card) -> f64 {
+    let fastest = time_constants_s(card).fold(f64::INFINITY, f64::min);
     (0.5 * fastest).min(LONGEST_STEP_S)
 }

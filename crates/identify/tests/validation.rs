@@ -66,3 +66,49 @@ fn regress_a_run_that_is_no_number_is_infinitely_wrong() {
         judged.warnings
     );
 }
+
+#[test]
+fn regress_the_row_that_a_run_starts_from_is_no_evidence() {
+    let error = judged(0.15, &ground(times(1), vec![1.0]))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("after the first, which the free run starts from, found none"),
+        "{error}"
+    );
+    let short = judged(0.15, &ground(times(20), vec![1.0; 20])).unwrap();
+    assert_eq!(short.measured.samples, 19);
+    assert!(
+        short.warnings[0].contains("less than three times the lag of 0.150 s"),
+        "{:?}",
+        short.warnings
+    );
+    let long = judged(0.15, &ground(times(300), vec![1.0; 300])).unwrap();
+    assert!(long.warnings.is_empty(), "{:?}", long.warnings);
+}
+
+#[test]
+fn regress_a_free_run_starts_again_after_a_hole() {
+    // 1 N before a hole of 20 s, 2 N after it. The lag is as long as the hole.
+    let mut time_s = times(300);
+    time_s.extend(times(300).iter().map(|t| t + 23.0));
+    let force_n: Vec<f64> = (0..600).map(|i| if i < 300 { 1.0 } else { 2.0 }).collect();
+    let judged = judged(20.0, &ground(time_s, force_n)).unwrap();
+    // The start is the mean of the first 0.2 s: rounding.
+    assert!(
+        (judged.predicted_n[300] - 2.0).abs() < 1e-9,
+        "{}",
+        judged.predicted_n[300]
+    );
+    // Over 3 s the run decays by 3/20: at most 0.3 N. Through the hole it errs by 1.4 N.
+    assert!(judged.measured.worst < 0.31, "{:?}", judged.measured);
+    assert_eq!(judged.measured.samples, 598);
+    assert!(
+        judged
+            .warnings
+            .iter()
+            .any(|w| w.starts_with("holes in the log: 1, the longest of 20.01 s")),
+        "{:?}",
+        judged.warnings
+    );
+}

@@ -1,5 +1,7 @@
 //! A trial, prepared: the force extracted, the columns at hand.
 
+use std::ops::Range;
+
 use sindy::SavitzkyGolay;
 use sindy::derivative::savgol::Smoothed;
 use sindy::statistics::regression::Clusters;
@@ -151,6 +153,23 @@ pub(super) fn predict_by(predictor: &Predictor, trial: &GroundTrial) -> Result<V
 }
 
 impl GroundTrial {
+    /// Some of the rows.
+    #[must_use]
+    pub fn part(&self, rows: Range<usize>) -> Self {
+        let of = |column: &[f64]| column[rows.clone()].to_vec();
+        Self {
+            name: self.name.clone(),
+            time_s: of(&self.time_s),
+            throttle: of(&self.throttle),
+            height_m: of(&self.height_m),
+            deck_velocity_mps: of(&self.deck_velocity_mps),
+            vehicle_velocity_mps: of(&self.vehicle_velocity_mps),
+            free_air_thrust_n: of(&self.free_air_thrust_n),
+            force_n: of(&self.force_n),
+            truth_n: self.truth_n.as_deref().map(of),
+        }
+    }
+
     /// The columns for prediction.
     #[must_use]
     pub fn columns(&self) -> Columns<'_> {

@@ -16,6 +16,7 @@ use crate::fitted::{FittedCard, range, score};
 use crate::prediction::{Columns, Predictor};
 use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings};
+use crate::unbroken::HOLE_PERIODS;
 
 /// Pieces that the data are split into at least, for standard errors.
 /// Student's t is 2.26 then. More pieces are shorter, and the free start of each costs more of them.
@@ -275,8 +276,7 @@ fn unbroken(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<S
             .collect();
         super::check_moves(trial.name(), [throttle.as_slice()])?;
         let period = trial.period_s().unwrap_or(f64::NAN);
-        // A hole of more than ten periods breaks the record.
-        for run in keep.chunk_by(|&a, &b| time[b] - time[a] <= 10.0 * period) {
+        for run in keep.chunk_by(|&a, &b| time[b] - time[a] <= HOLE_PERIODS * period) {
             longest = longest.max(run.len());
             // The derivative window is set in samples of 100 Hz; a faster log takes as long a window in time.
             let faster = (0.01 / period).max(1.0).round() as usize;

@@ -3,9 +3,8 @@
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
+use crate::unbroken::HOLE_PERIODS;
 
-/// A hole of more periods than these breaks a record: the command in it is not known.
-const HOLE: f64 = 10.0;
 /// Greatest rate over the median one up to which a throttle has one rate: stamps of a logger vary by less, a sine's by more
 /// (1.41).
 const ONE_RATE: f64 = 1.3;
@@ -52,7 +51,7 @@ impl CommandRecord {
             };
             let rows: Vec<usize> = (0..trial.len()).filter(known).collect();
             let time = trial.time_s();
-            let longest = HOLE
+            let longest = HOLE_PERIODS
                 * crate::thrust::plateau::median(periods(time, &rows)).unwrap_or(f64::INFINITY);
             for run in rows.chunk_by(|&a, &b| time[b] - time[a] <= longest) {
                 let pick = |c: &[f64]| run.iter().map(|&i| c[i]).collect::<Vec<_>>();
