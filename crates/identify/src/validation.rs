@@ -11,7 +11,9 @@ use crate::flights::judge::{FlightCards, Held, IntervalFactors, judge};
 use crate::prediction::time_constants_s;
 use crate::rig::{self as ground_effect, GroundTrial};
 use crate::scores::Errors;
+use crate::settings::GroundEffectSettings;
 use crate::thrust;
+use crate::thrust_scale::ThrustCause;
 use crate::unbroken::unbroken;
 
 /// A free run with its errors (N).
@@ -62,6 +64,9 @@ pub fn judge_thrust(card: &Card, trial: &Trial) -> Result<FreeRun> {
     let throttle = thrust::throttle(trial)?;
     let mut warnings = leaves_box(card, "s", "throttle", &throttle);
     warnings.extend(parts.warning());
+    let cause = ThrustCause::of(&predicted, measured);
+    warnings
+        .extend(cause.map(|cause| format!("the measured thrust is not that of the card. {cause}")));
     let gaps = predicted.iter().filter(|p| p.is_nan()).count();
     if gaps > 0 {
         warnings.push(format!(
@@ -92,6 +97,7 @@ pub fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<
     };
     let mut warnings = leaves_box(card, "z", "height", &ground.height_m);
     warnings.extend(leaves_box(card, "s", "throttle", &ground.throttle));
+    warnings.extend(data_doubts(card, ground));
     let parts = Parts::of(card, &ground.time_s);
     warnings.extend(parts.warning());
     let predicted = parts.run(|rows| {
@@ -109,6 +115,21 @@ pub fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<
         predicted,
         noise_floor,
         warnings,
+    )
+}
+
+/// Units, signs and zeros of the log that cannot be right, or do not fit together.
+fn data_doubts(card: &Card, ground: &GroundTrial) -> Vec<String> {
+    let mut settings = GroundEffectSettings::default();
+    let lengths = settings.lengths_m.iter_mut().zip(["l1", "l2", "l3"]);
+    for (length, name) in lengths {
+        *length = card.constants.get(name).copied().unwrap_or(*length);
+    }
+    let radius_m = card.vehicle.rotor_radius_m;
+    settings.rotor_radius_m = radius_m.unwrap_or(settings.rotor_radius_m);
+    ground_effect::data_check::check(std::slice::from_ref(ground), &settings).map_or_else(
+        |refusal| vec![refusal.to_string()],
+        |doubts| doubts.iter().map(ToString::to_string).collect(),
     )
 }
 

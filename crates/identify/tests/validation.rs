@@ -1,7 +1,7 @@
 //! Cards on trials: what counts, and what is told of a trial that cannot be judged as it is.
 
 use touchdown_identify::rig::GroundTrial;
-use touchdown_identify::validation::{FreeRun, judge_ground};
+use touchdown_identify::validation::{FreeRun, judge_ground, judge_thrust};
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 
@@ -110,5 +110,42 @@ fn regress_a_free_run_starts_again_after_a_hole() {
             .any(|w| w.starts_with("holes in the log: 1, the longest of 20.01 s")),
         "{:?}",
         judged.warnings
+    );
+}
+
+#[test]
+fn regress_thrust_of_another_unit_is_named() {
+    let card = "schema = 1\nname = \"t\"\nkind = \"thrust\"\nform = \"static_thrust\"\nstatus = \"fitted\"\nequation = \"\"\n\
+                [vehicle]\nname = \"\"\n[validity]\noutside = \"clamp\"\n[provenance]\nsource = \"\"\n\
+                [[terms]]\nof = \"T\"\nexpression = \"s^2\"\nvalue = 40.0\nunit = \"N\"\n";
+    let card = Card::parse(card, "t.toml").unwrap();
+    let throttle: Vec<f64> = (0..200).map(|i| 0.3 + 0.002 * f64::from(i)).collect();
+    let warnings = |change: fn(f64) -> f64| {
+        let thrust = throttle.iter().map(|s| change(40.0 * s * s)).collect();
+        let trial = Trial::new("t", times(200)).unwrap();
+        let trial = trial.with_channel("throttle", throttle.clone()).unwrap();
+        let trial = trial.with_channel("thrust_n", thrust).unwrap();
+        judge_thrust(&card, &trial).unwrap().warnings
+    };
+    assert_eq!(warnings(|f| 0.9 * f), Vec::<String>::new());
+    for (change, words) in [
+        (
+            (|f| f / 9.80665e-3) as fn(f64) -> f64,
+            "'9.80665e-3 * \"thrust_n\"'",
+        ),
+        (|f| 1000.0 * f, "in millinewtons?"),
+        (|f| -f, "Is the load cell inverted?"),
+        (|f| 4.0 * f, "Is the thrust card that of one of 4 rotors?"),
+    ] {
+        let [warning] = &warnings(change)[..] else {
+            panic!("one warning")
+        };
+        assert!(warning.contains(words), "{warning}");
+    }
+    let trial = ground(times(300), vec![-21.0; 300]);
+    let warnings = judged(0.15, &trial).unwrap().warnings;
+    assert!(
+        warnings[0].contains("Is the load cell inverted?"),
+        "{warnings:?}"
     );
 }
