@@ -30,7 +30,6 @@ pub mod settings;
 mod sparse_fit;
 pub mod thrust;
 mod thrust_scale;
-mod unbroken;
 pub mod validation;
 pub mod warning;
 

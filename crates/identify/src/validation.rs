@@ -13,8 +13,8 @@ use crate::rig::{self as ground_effect, GroundTrial};
 use crate::scores::Errors;
 use crate::settings::GroundEffectSettings;
 use crate::thrust;
+use crate::thrust::unbroken::unbroken;
 use crate::thrust_scale::ThrustCause;
-use crate::unbroken::unbroken;
 
 /// A free run with its errors (N).
 #[derive(Clone, Debug)]

@@ -17,6 +17,7 @@ mod search;
 mod sign;
 mod spikes;
 mod statics;
+pub(crate) mod unbroken;
 
 pub use first_order::first_order;
 pub use library::library;

@@ -16,7 +16,7 @@ use crate::fitted::{FittedCard, range, score};
 use crate::prediction::{Columns, Predictor};
 use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings};
-use crate::unbroken::HOLE_PERIODS;
+use crate::thrust::unbroken::HOLE_PERIODS;
 
 /// Pieces that the data are split into at least, for standard errors.
 /// Student's t is 2.26 then. More pieces are shorter, and the free start of each costs more of them.

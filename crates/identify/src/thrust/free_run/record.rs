@@ -3,7 +3,7 @@
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
-use crate::unbroken::HOLE_PERIODS;
+use crate::thrust::unbroken::HOLE_PERIODS;
 
 /// Greatest rate over the median one up to which a throttle has one rate: stamps of a logger vary by less, a sine's by more
 /// (1.41).

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::thrust::plateau::median;
+use super::plateau::median;
 
 /// A hole of more periods than these breaks a record: what happened in it is not known.
 pub(crate) const HOLE_PERIODS: f64 = 10.0;
