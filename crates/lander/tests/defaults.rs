@@ -106,33 +106,3 @@ fn prop_the_descent_follows_its_shape() {
         Descent::Straight(_)
     ));
 }
-
-#[test]
-fn prop_the_observer_is_slower_than_its_accelerometer() {
-    let filter_s = |own_s, imu_latency_s| {
-        let mut settings = ControlSettings::default();
-        settings.observer.filter_s = own_s;
-        let sensors = SensorNumbers {
-            imu_latency_s,
-            ..SensorNumbers::default()
-        };
-        let timing = LoopTiming::default();
-        settings
-            .computer(
-                &FlightModels::default(),
-                &VehicleNumbers::default(),
-                &sensors,
-                &timing,
-                0.8,
-            )
-            .map(|computer| computer.controller.observer.unwrap().filter_s)
-    };
-    assert_eq!(filter_s(0.1, 0.02), Ok(0.1));
-    assert_eq!(filter_s(0.1, 0.05), Ok(0.2));
-    assert_eq!(filter_s(0.3, 0.05), Ok(0.3));
-    // What is no time constant is refused, not replaced.
-    for own_s in [0.0, -1.0, f64::NAN] {
-        let error = filter_s(own_s, 0.05).unwrap_err().to_string();
-        assert!(error.starts_with("observer.filter_s"), "{error}");
-    }
-}

@@ -153,8 +153,7 @@ fn axial<R: Real>(thrust_n: R, lift: Lift<R>, strength: R) -> Axial<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Observer<R> {
-    /// Time constant τ, s. It should be several times the error of the delays. A landing computer that is assembled from settings has at least four
-    /// times the inertial unit's latency.
+    /// Time constant τ, s. It should be several times the error of the delays.
     pub filter_s: R,
     /// Greatest disturbance, N.
     pub limit_n: R,

@@ -33,10 +33,6 @@ const NORMAL_FILTER_S: f64 = 0.2;
 /// Time constant with which the largest tilt of the deck fades, s: two to three periods of a
 /// ship's roll, so that the last crest still counts at the next one.
 const TILT_MEMORY_S: f64 = 10.0;
-/// Least time constant of the observer, latencies of the inertial unit: errors of the thrust model come back that late, and thrust that follows
-/// with half of the motor lag has more of them. With 2 instead of 4, 64 of 100 land with a latency of 0.05 s (`observer`,
-/// deck of 0.05 m at 0.5 Hz), for 100.
-const FILTER_PER_LATENCY: f64 = 4.0;
 /// Time between two plans, s: half of the shortest window that the planner accepts
 /// (`quiescence.dwell_s`, 0.2 s).
 const PLANNER_PERIOD_S: f64 = 0.1;
@@ -154,7 +150,6 @@ impl<R: Real> ControlSettings<R> {
         let imu_latency_s = sensors.imu_latency_s;
         let size = vehicle.rotor_radius_m / VehicleNumbers::default().rotor_radius_m;
         self.course.validate()?;
-        self.observer.validate()?;
         let computer = Computer {
             under_way: self.under_way,
             seek: self.seeks.then_some(self.seeking),
@@ -305,9 +300,6 @@ impl<R: Real> ControlSettings<R> {
         };
         // Attitude and acceleration arrive together, as the mean over a period.
         let sensing_s = imu_latency_s + r::<R>(0.5) * timing.period_s;
-        let mut observer = self.observer;
-        let least_s = r::<R>(FILTER_PER_LATENCY) * imu_latency_s;
-        observer.filter_s = observer.filter_s.max(least_s);
         SpaceController {
             mass_kg: vehicle.mass_kg,
             gravity_mps2: vehicle.gravity_mps2,
@@ -316,7 +308,7 @@ impl<R: Real> ControlSettings<R> {
             thrust: models.thrust,
             motor_lag_share: self.motor_lag_share,
             ground_effect,
-            observer: self.method.has_observer().then_some(observer),
+            observer: self.method.has_observer().then_some(self.observer),
             adaptation: self.adaptation.then_some(self.adapting),
             delays: Delays {
                 sensing_s,
