@@ -7,6 +7,7 @@ use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_flight::{Method, SettingsError};
 use touchdown_model::{Card, Form};
 use touchdown_sim::deck::DeckMotion;
+use touchdown_sim::refused_setting;
 
 use super::settings::LandSettings;
 use crate::error::{Error, Result};
@@ -140,30 +141,9 @@ pub fn check(settings: &LandSettings) -> std::result::Result<(), (String, String
 
 /// A refused setting by its key in the file of a landing, and what is wrong with it.
 fn refused(error: &SettingsError) -> (String, String) {
-    match *error {
-        SettingsError::NotFinite { key, found } => {
-            let message = format!("expected a finite number, found {found}");
-            (key_of_file(key), message)
-        }
-        SettingsError::OutOfRange {
-            key,
-            expected,
-            found,
-        } => (
-            key_of_file(key),
-            format!("expected {expected}, found {found}"),
-        ),
-        SettingsError::Order {
-            lower_key,
-            lower,
-            upper_key,
-            upper,
-        } => {
-            let upper_key = key_of_file(upper_key);
-            let message = format!("expected less than `{upper_key}` = {upper}, found {lower}");
-            (key_of_file(lower_key), message)
-        }
-        _ => ("control".to_owned(), error.to_string()),
+    match refused_setting(error, key_of_file) {
+        Some((key, expected, found)) => (key, format!("expected {expected}, found {found}")),
+        None => ("control".to_owned(), error.to_string()),
     }
 }
 

@@ -142,7 +142,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         self.channel().validate()?;
         let share = self.motor_lag_share;
         let accepted = share >= r(LEAST_LAG_SHARE) && share <= R::ONE;
-        within("motor_lag_share", share, accepted, "0.5 to 1")?;
+        within("computer.motor_lag_share", share, accepted, "0.5 to 1")?;
         self.horizontal.validate()?;
         if let Some(observer) = &self.observer {
             observer.validate()?;

@@ -360,9 +360,9 @@ fn analytic_settings_are_checked() {
         assert!(error.starts_with(key), "{error}");
     };
     refused(|p| p.mass_kg = -1.0, "mass_kg");
-    refused(|p| p.motor_lag_share = 0.49, "motor_lag_share");
-    refused(|p| p.motor_lag_share = 1.01, "motor_lag_share");
-    refused(|p| p.motor_lag_share = f64::NAN, "motor_lag_share");
+    refused(|p| p.motor_lag_share = 0.49, "computer.motor_lag_share");
+    refused(|p| p.motor_lag_share = 1.01, "computer.motor_lag_share");
+    refused(|p| p.motor_lag_share = f64::NAN, "computer.motor_lag_share");
     refused(|p| p.horizontal.tilt_limit_rad = 1.2, "horizontal.tilt");
     refused(
         |p| p.horizontal.integral_per_s2 = -1.0,

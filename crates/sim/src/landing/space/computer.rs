@@ -80,26 +80,9 @@ fn sensor_numbers(sensors: &SensorSettings, imu_latency_s: f64) -> SensorNumbers
 
 /// Settings that the flight side refuses, by the keys of the scenario.
 pub(super) fn cannot_be_flown(error: &SettingsError) -> SimError {
-    let fail = |key: &str, expected: &str, found: f64| {
-        check::fail(&key_of_scenario(key), expected, &found)
-    };
-    match *error {
-        SettingsError::NotFinite { key, found } => fail(key, "a finite number", found),
-        SettingsError::OutOfRange {
-            key,
-            expected,
-            found,
-        } => fail(key, &by_keys_of_scenario(expected), found),
-        SettingsError::Order {
-            lower_key,
-            lower,
-            upper_key,
-            upper,
-        } => {
-            let expected = format!("less than `{}` = {upper}", key_of_scenario(upper_key));
-            fail(lower_key, &expected, lower)
-        }
-        _ => check::fail(
+    match check::refused_setting(error, key_of_scenario) {
+        Some((key, expected, found)) => check::fail(&key, &expected, &found),
+        None => check::fail(
             "control",
             "settings that the landing computer can fly",
             error,
@@ -108,10 +91,11 @@ pub(super) fn cannot_be_flown(error: &SettingsError) -> SimError {
 }
 
 /// Settings of the landing computer itself that `control` has.
-const OF_SETTINGS: [&str; 4] = [
+const OF_SETTINGS: [&str; 5] = [
     "contact_height_m",
     "deck_known_mps",
     "least_damping_ratio",
+    "motor_lag_share",
     "watch_s",
 ];
 
@@ -119,11 +103,7 @@ const OF_SETTINGS: [&str; 4] = [
 /// at all, keeps its own.
 fn key_of_scenario(key: &str) -> String {
     let Some((block, rest)) = key.split_once('.') else {
-        return if key == "motor_lag_share" {
-            format!("control.{key}")
-        } else {
-            key.to_owned()
-        };
+        return key.to_owned();
     };
     match block {
         "reference" => match rest {
@@ -164,16 +144,6 @@ pub fn replaced_by(key: &str) -> Option<&'static str> {
         "initial.height_sd_m" => "control.seeking.start_sd_m",
         _ => return None,
     })
-}
-
-/// A text in which the keys, between backquotes, are those of the scenario.
-fn by_keys_of_scenario(text: &str) -> String {
-    let parts = text.split('`').enumerate();
-    let parts = parts.map(|(i, part)| match i % 2 {
-        0 => part.to_owned(),
-        _ => format!("`{}`", key_of_scenario(part)),
-    });
-    parts.collect()
 }
 
 #[cfg(test)]
