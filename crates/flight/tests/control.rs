@@ -295,12 +295,12 @@ fn asked(share: f64, step: f64, steps: u32, dt: f64) -> Vec<(f64, Saturation)> {
 fn analytic_thrust_follows_with_a_share_of_the_motors_lag() {
     for step in [0.8, 1.2] {
         for share in [1.0, 0.7, 0.5] {
-            // The time constant: what is left of the step of √T is 1/e.
+            // After the time constant 1/e of the step of √T is left.
             let steps = 600.0 * share;
             let found = asked(share, step, steps as u32, T_M_S / 600.0);
             let left = (found.last().unwrap().0.sqrt() - (step * WEIGHT_N).sqrt())
                 / (WEIGHT_N.sqrt() - (step * WEIGHT_N).sqrt());
-            // Throttle is held over 1/600 of the time constant: at most 1/600 of what is left, e^-1, per time constant.
+            // The throttle is held for 1/600 of the time constant, so the rest of 1/e errs by at most 1/600 of itself, 6e-4.
             assert!((left - (-1.0_f64).exp()).abs() < 7e-4, "{share}: {left}");
         }
     }
@@ -308,7 +308,7 @@ fn analytic_thrust_follows_with_a_share_of_the_motors_lag() {
 
 #[test]
 fn analytic_no_swing_of_the_thrust_grows_at_half_of_the_lag() {
-    // Periods from a fifth to ten times the time constant: what is left of the step of √T after one is times 1 - 2 (1 - e^(-dt/T_m)).
+    // Periods from a fifth to ten times the time constant. Each period leaves 1 - 2 (1 - e^(-dt/T_m)) of the rest of the step of √T.
     for dt in [0.012, 0.06, 0.6] {
         for step in [0.7, 1.2] {
             let wanted = (step * WEIGHT_N).sqrt();

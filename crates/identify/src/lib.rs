@@ -22,6 +22,7 @@ pub mod flights;
 pub mod forms;
 pub mod front;
 mod held;
+mod map_line;
 pub mod prediction;
 pub mod refusal;
 pub mod rig;

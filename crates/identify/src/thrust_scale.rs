@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::map_line::map_line;
 use crate::thrust::plateau::{median, tenths};
 
 /// Standard gravity (m/s²), which load cells in grams and kilograms are calibrated by.
@@ -11,8 +12,8 @@ const GRAVITY_MPS2: f64 = 9.806_65;
 const AROUND: [f64; 2] = [0.8, 1.6];
 /// Numbers of rotors that a load cell or a card may have one of.
 const ROTORS: [u32; 5] = [2, 3, 4, 6, 8];
-/// Spread of the predicted thrust, over its median, from which an offset is told from a factor. Of a smaller spread, noise
-/// of a few per cent decides.
+/// Least spread of the predicted thrust, over its median, at which an offset differs from a factor: below it, noise of a few
+/// per cent decides.
 const LEAST_SPREAD: f64 = 0.1;
 /// Size of a ratio below which nothing is left of the thrust: below that of kilograms for newtons, 0.102 · 0.8.
 const NOTHING_LEFT: f64 = 0.08;
@@ -105,10 +106,8 @@ fn slope(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
 impl fmt::Display for ThrustCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let map = |f: &mut fmt::Formatter<'_>, question: &str, before: &str, after: &str| {
-            write!(
-                f,
-                "{question}? Then write into the map: thrust_n = '{before}\"thrust_n\"{after}' (with the log's own name of the column)"
-            )
+            let line = map_line("thrust_n", before, after);
+            write!(f, "{question}? Then {line}")
         };
         match self {
             Self::Inverted => map(f, "Is the load cell inverted", "-", ""),

@@ -1,5 +1,6 @@
 //! What a user should know of a fit: the data of each warning, and its sentence.
 
+use crate::map_line::map_line;
 use std::fmt;
 
 use crate::estimate::Estimate;
@@ -263,8 +264,8 @@ impl fmt::Display for Warning {
             ),
             Self::Grams { most_n } => write!(
                 f,
-                "thrust of up to {most_n:.0} N from one rotor: is it in grams? Then write into the map: thrust_n = \
-                 '9.80665e-3 * \"thrust_n\"' (with the log's own name of the column)"
+                "thrust of up to {most_n:.0} N from one rotor: is it in grams? Then {}",
+                map_line("thrust_n", "9.80665e-3 * ", "")
             ),
             Self::ThrottleInverted {
                 throttle: [low, high],
@@ -272,7 +273,8 @@ impl fmt::Display for Warning {
             } => write!(
                 f,
                 "thrust falls from {at_low_n:.2} N at throttle {low:.3} to {at_high_n:.2} N at {high:.3}: is the throttle inverted? \
-                 Then write into the map: throttle = '1 - \"throttle\"' (with the log's own name of the column)"
+                 Then {}",
+                map_line("throttle", "1 - ", "")
             ),
             Self::ThrustSpikes { count, at_s } => write!(
                 f,

@@ -1,4 +1,4 @@
-//! The lag form on trials of a force rig that follow it, and what is told where they do not identify it.
+//! The lag form on trials of a force rig that follow it, and the warnings where they do not identify it.
 
 use touchdown_identify::rig::{GroundTrial, fit};
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin, Result};

@@ -1,4 +1,4 @@
-//! Cards on trials: what counts, and what is told of a trial that cannot be judged as it is.
+//! Cards on trials: which rows count, and the warnings of trials that say little.
 
 use touchdown_identify::rig::GroundTrial;
 use touchdown_identify::validation::{FreeRun, judge_ground, judge_thrust};

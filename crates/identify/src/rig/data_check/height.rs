@@ -1,16 +1,16 @@
 //! Heights: counted upwards from the deck, in metres.
 
-use super::{DataWarning, label, map_line, quantile, sorted};
+use super::{DataWarning, label, quantile, sorted};
 use crate::error::{Error, Result};
+use crate::map_line::map_line;
 use crate::rig::GroundTrial;
 use crate::settings::GroundEffectSettings;
 
 /// Height that no force rig reaches (m). Halls of wind tunnels are lower; the motion of a rig of 25 mm in
 /// millimetres is already above.
 const HIGHEST_M: f64 = 20.0;
-/// Lengths of the slowest function of height up to which the effect of a height is identified. There that function is a fifth;
-/// of the default
-/// length, 0.45 m, that is 0.9 m, eight radii of the default rotor, where eq. (2) gives 0.1 %.
+/// Lengths of the slowest function of height up to which the effect of a height is identified. There that function is a fifth.
+/// Of the default length, 0.45 m, that is 0.9 m, eight radii of the default rotor, where eq. (2) gives 0.1 %.
 const FAR_LENGTHS: f64 = 2.0;
 /// Rotor radii from which there is no ground effect: eq. (2) gives 0.4 %.
 const FAR_RADII: f64 = 4.0;

@@ -11,6 +11,7 @@ use std::fmt;
 
 use super::GroundTrial;
 use crate::error::Result;
+use crate::map_line::map_line;
 use crate::settings::GroundEffectSettings;
 
 /// What the channels of a force rig show of their units, signs and zeros.
@@ -77,13 +78,6 @@ pub(crate) fn check(
         .collect())
 }
 
-/// What to write into the map: `channel` as a function of its column.
-fn map_line(channel: &str, before: &str, after: &str) -> String {
-    format!(
-        "write into the map: {channel} = '{before}\"{channel}\"{after}' (with the log's own name of the column)"
-    )
-}
-
 /// The name of the only trial, or the first with how many there are.
 fn label(trials: &[GroundTrial]) -> String {
     match trials {
@@ -100,10 +94,9 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// The value that a share of `sorted` values lies below.
+/// The value that a share of `sorted` values lies below; none of none.
 fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let last = sorted.len().checked_sub(1)?;
-    sorted.get((share * last as f64).round() as usize).copied()
+    (!sorted.is_empty()).then(|| sindy::numerics::quantile(sorted, share))
 }
 
 impl fmt::Display for DataWarning {

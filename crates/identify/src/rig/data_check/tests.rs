@@ -98,7 +98,7 @@ fn prop_thrust_of_another_unit_sign_or_zero_is_refused_by_its_cause() {
             "{error}"
         );
     }
-    // A tenth less than the card: a battery, or another vehicle. The card cannot express it, so it is warned of.
+    // A fifth less than the card: another battery or vehicle. No card of the ground effect expresses that, so there is a warning.
     let text = warned(|t| measured(t, |f| 0.8 * f));
     assert!(
         text.contains("expected 0.90 to 1.60. Check that the thrust card"),

@@ -1,7 +1,8 @@
 //! Thrust: in newtons, upwards, of all rotors, with the load cell's zero at rest.
 
-use super::{DataWarning, label, map_line, quantile, sorted};
+use super::{DataWarning, label, quantile, sorted};
 use crate::error::{Error, Result};
+use crate::map_line::map_line;
 use crate::rig::GroundTrial;
 use crate::thrust_scale::ThrustCause;
 
