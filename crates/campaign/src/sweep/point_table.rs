@@ -61,6 +61,7 @@ fn cells(point: &PointFigures, with_autopilot: bool) -> Result<Vec<(String, Stri
         "lateral_m",
         "lateral_mps",
         "impact_mps",
+        "tilt_rad",
         "impact_tilt_rad",
     ] {
         let of = &object[name];

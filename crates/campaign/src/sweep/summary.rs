@@ -142,7 +142,9 @@ pub struct Figures {
     /// Greatest speed towards the deck of all of a trial's touches, over all trials that touched it: crashes and
     /// descents that were broken off too, m/s.
     pub impact_mps: SampleSummary,
-    /// Greatest tilt from the deck's normal with a foot on the deck, over the same, rad.
+    /// Tilt from the deck's normal at the touch, over those that landed, rad.
+    pub tilt_rad: SampleSummary,
+    /// Greatest tilt from the deck's normal with a foot on the deck, over every touch, as the impact speed, rad.
     pub impact_tilt_rad: SampleSummary,
 }
 
@@ -371,6 +373,7 @@ impl Figures {
             lateral_m: landed("lateral_m"),
             lateral_mps: landed("lateral_mps"),
             impact_mps: every("impact_mps"),
+            tilt_rad: landed("tilt_rad"),
             impact_tilt_rad: every("impact_tilt_rad"),
         }
     }
@@ -401,8 +404,10 @@ mod tests {
     fn row(landing: u64, outcome: &str, speed: f64, aborts: Option<&str>) -> LandingRow {
         let mut numbers = [None; 14];
         numbers[1] = Some(speed);
-        // The hardest of its touches, twice as hard as the last.
+        numbers[3] = Some(0.5 * speed);
+        // The hardest of its touches, twice as hard as the last, and with three times the tilt.
         numbers[12] = Some(2.0 * speed);
+        numbers[13] = Some(1.5 * speed);
         LandingRow {
             landing,
             outcome: outcome.into(),
@@ -435,6 +440,11 @@ mod tests {
             (figures.impact_mps.count, figures.impact_mps.max),
             (4, Some(0.6))
         );
+        let (last, every) = (&figures.tilt_rad, &figures.impact_tilt_rad);
+        assert_eq!((last.count, last.max), (2, Some(0.15)));
+        assert_eq!(every.count, 4);
+        // Rounding of 1.5 times 0.3.
+        assert!((every.max.unwrap() - 0.45).abs() < 1e-15);
         let order: Vec<u64> = worst(&rows).iter().map(|row| row.landing).collect();
         assert_eq!(order, [2, 3, 1, 0]);
     }
