@@ -134,7 +134,6 @@ pub mod random;
 pub mod rig;
 pub mod sensors;
 
-pub use check::refused_setting;
 pub use error::SimError;
 
 /// Step of the integration, s.

@@ -7,7 +7,7 @@ use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_flight::{Method, SettingsError};
 use touchdown_model::{Card, Form};
 use touchdown_sim::deck::DeckMotion;
-use touchdown_sim::refused_setting;
+use touchdown_sim::landing::refused_setting;
 
 use super::settings::LandSettings;
 use crate::error::{Error, Result};

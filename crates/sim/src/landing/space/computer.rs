@@ -9,6 +9,7 @@ use crate::body::motor::Motor;
 use crate::body::plant::PlantSettings;
 use crate::check;
 use crate::error::SimError;
+use crate::landing::refused_setting;
 use crate::sensors::SensorSettings;
 use crate::sensors::suite::vector;
 
@@ -80,7 +81,7 @@ fn sensor_numbers(sensors: &SensorSettings, imu_latency_s: f64) -> SensorNumbers
 
 /// Settings that the flight side refuses, by the keys of the scenario.
 pub(super) fn cannot_be_flown(error: &SettingsError) -> SimError {
-    match check::refused_setting(error, key_of_scenario) {
+    match refused_setting(error, key_of_scenario) {
         Some((key, expected, found)) => check::fail(&key, &expected, &found),
         None => check::fail(
             "control",
