@@ -67,7 +67,7 @@ for k in range(20):
 card = ground.to_dict()
 low, high = card["validity"]["inputs"]["z"]
 z = np.linspace(low, high, 200)
-curve = sum(term["value"] / (1.0 + (z / length) ** 2) for term, length in zip(ground.terms, (0.144, 0.36, 0.84)))
+curve = sum(term["value"] / (1.0 + (z / length) ** 2) for term, length in zip(ground.terms, card["constants"].values()))
 fig, ax = plt.subplots()
 ax.plot(np.concatenate(heights)[::7], np.concatenate(extra)[::7], ".", ms=2, color="0.7", label="truth, 20 landings")
 ax.plot(z, 100.0 * curve, label="identified from the logs")
@@ -75,7 +75,7 @@ ax.set(xlabel="height (m)", ylabel="additional thrust (%)", xlim=(0.0, 1.0), yli
 ax.legend();
 
 # %% [markdown]
-# Close to the ground, where it matters most, the curve goes along the upper edge of the points: it is the lift of a hover, which a descent reaches late. Between 0.3 and 0.7 m it lies below them, by about three percent of the thrust.
+# Close to the ground, where it matters most, the curve goes through the points. Between 0.3 and 0.7 m it lies below them, by about two percent of the thrust.
 # There the vehicles descend. The true force depends on the sink rate too: at 0.75 m a hover has 1 %, a descent 3 %. The curve shows height alone.
 #
 # ## Judge it on other flights

@@ -75,8 +75,8 @@ for ax, column, label in zip(axes, ("v_l_mps", "t_l_s"), ("touchdown speed (m/s)
 axes[0].set_yticks([0, -1, -2], [f"{a}\nminus {b}" for a, b in helps]);
 
 # %% [markdown]
-# The answer to the question is no. With the model a landing takes 0.9 s less, and the vehicle touches the deck a little faster than without it. Both differences are far from zero,
-# and both touchdown speeds are low. An observer without any model saves more time. With the observer at work, the model
+# The answer to the question is no. With the model a landing takes 0.9 s less, a difference far from zero. The touchdown speeds differ by less than these 150 pairs can show,
+# and all of them are low. An observer without any model saves more time. With the observer at work, the model
 # saves nothing more, and no touchdown becomes softer.
 #
 # A study of another deck or vehicle can have another answer: [When does the model pay?](../tutorials/when-the-model-pays.md) has more of them.
