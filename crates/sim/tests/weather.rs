@@ -1,9 +1,10 @@
 //! Landings in wind, in an airwake, on a deck that rolls, and from high hovers.
 
+use touchdown_lander::state_machine::Reason;
 use touchdown_sim::air::airwake::AirwakeSettings;
-use touchdown_sim::air::wind::{DrydenSettings, WindSettings};
+use touchdown_sim::air::wind::{DrydenSettings, GustSettings, WindSettings};
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
-use touchdown_sim::landing::space::{SpaceLander, SpaceOutcome, SpaceScenario};
+use touchdown_sim::landing::space::{SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario};
 
 /// Number of landed and of crashed among the first landings of a scenario.
 fn flown(scenario: &SpaceScenario, landings: u64) -> (usize, usize) {
@@ -53,6 +54,55 @@ fn regress_who_leans_into_the_wind_sets_the_other_feet_down_softly() {
     // These are 2; 28 where the thrust vanishes within 0.2 s and the vehicle levels. A tenth of more landings are hard (20 of 200,
     // `wind.toml` with seed 9101): the bound is twice that.
     assert!(hard <= 8, "{hard} of 40");
+}
+
+#[test]
+fn prop_a_gust_that_would_push_the_vehicle_off_its_feet_is_waited_for() {
+    // Trims of 9 and 14 m/s lean by slopes of 0.25 and 0.6.
+    let mut scenario = sea(WindSettings {
+        steady_mps: [9.0, 0.0, 0.0],
+        ..WindSettings::default()
+    });
+    let lander = SpaceLander::new(&scenario).expect("a valid scenario");
+    let touch_s = |landing: SpaceLanding| landing.touch.expect("it touches").time_s;
+    for trial in 0..4 {
+        let calm_s = touch_s(lander.land(trial, 5, false).expect("it flies"));
+        let gust = GustSettings {
+            velocity_mps: [5.0, 0.0, 0.0],
+            start_s: calm_s - 1.2,
+            rise_s: 0.8,
+            hold_s: 2.0,
+        };
+        scenario.wind.gust = Some(gust);
+        let gusty = SpaceLander::new(&scenario).expect("a valid scenario");
+        let landing = gusty.land(trial, 5, false).expect("it flies");
+        let over_s = gust.start_s + gust.rise_s + gust.hold_s;
+        assert!(landing.outcome.landed(), "{landing:?}");
+        assert!(
+            landing
+                .aborts
+                .iter()
+                .any(|a| a.reason == Some(Reason::Wind)),
+            "{landing:?}"
+        );
+        assert!(touch_s(landing) > over_s);
+    }
+}
+
+#[test]
+fn prop_a_wind_that_is_always_so_strong_is_landed_in() {
+    // Its slope is beyond 0.5, as a gust's may not be.
+    let scenario = sea(WindSettings {
+        steady_mps: [13.5, 0.0, 0.0],
+        ..WindSettings::default()
+    });
+    let lander = SpaceLander::new(&scenario).expect("a valid scenario");
+    for trial in 0..8 {
+        let landing = lander.land(trial, 5, false).expect("it flies");
+        assert!(landing.outcome.landed(), "{landing:?}");
+        // The deck's motion and noise make a gust of it once in fifty landings.
+        assert!(landing.descents <= 2, "{landing:?}");
+    }
 }
 
 #[test]

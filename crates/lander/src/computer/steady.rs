@@ -16,6 +16,8 @@ pub(super) struct Steady<R> {
     pub(super) disturbance_n: Vector<R>,
     /// Those errors, m/s².
     pub(super) error_mps2: Vector<R>,
+    /// Slope of the trim.
+    pub(super) wind_slope: R,
     /// Time over which the means were taken, s.
     pub(super) learned_s: R,
     /// Velocity at the last value, m/s, where it was known.
@@ -27,6 +29,7 @@ impl<R: Real> Steady<R> {
     pub(super) const NONE: Self = Self {
         disturbance_n: Vector::ZERO,
         error_mps2: Vector::ZERO,
+        wind_slope: R::ZERO,
         learned_s: R::ZERO,
         velocity_mps: None,
     };

@@ -19,6 +19,8 @@ pub(super) struct Conditions {
     pub(super) sinking: bool,
     /// The wind pushes harder than friction holds, in a descent.
     pub(super) gust: bool,
+    /// A gust, just before the touch, that can be waited out: another descent comes soon, which it does not over a rough sea.
+    pub(super) gust_at_touch: bool,
     /// The deck is not within its limits.
     pub(super) rough_deck: bool,
     pub(super) battery_low: bool,
@@ -177,6 +179,11 @@ impl<R: Real> StateMachine<R> {
             beyond,
             sinking: closing_mps > self.closing_mps.at(height_m),
             gust: seen.wind_slope.abs() > self.wind_slope + r(GUST_SLOPE),
+            gust_at_touch: seen.gusty
+                && !low
+                && !battery_low
+                && !battery_critical
+                && seen.hold_extra_m <= R::ZERO,
             rough_deck,
             battery_low,
             battery_critical,

@@ -56,6 +56,8 @@ pub struct MachineInput<R> {
     pub deck_speed_mps: R,
     /// Slope of the trim: horizontal over vertical thrust that holds the vehicle in the wind.
     pub wind_slope: R,
+    /// The wind pushes harder than feet hold that just touch, in a gust that is worth waiting out.
+    pub gusty: bool,
     /// How much higher than `hold_height_m` the vehicle holds over this deck, m.
     pub hold_extra_m: R,
     /// Remaining energy of the battery, in [0, 1].

@@ -45,14 +45,40 @@ impl<R: Real> HoldTimer<R> {
     }
 }
 
+/// Numbers of go-arounds that the operator did not order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct GoArounds {
+    /// Out of a descent, for the wind.
+    wind: u8,
+    /// Out of a descent, for another reason.
+    descent: u8,
+    /// Out of a hover.
+    hover: u8,
+}
+
+impl GoArounds {
+    fn count(&mut self, descending: bool, reason: Option<Reason>) {
+        let counter = match (descending, reason) {
+            (true, Some(Reason::Wind)) => &mut self.wind,
+            (true, _) => &mut self.descent,
+            (false, _) => &mut self.hover,
+        };
+        *counter = counter.saturating_add(1);
+    }
+
+    fn all(self) -> u8 {
+        self.wind
+            .saturating_add(self.descent)
+            .saturating_add(self.hover)
+    }
+}
+
 /// State of a [`StateMachine`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MachineState<R> {
     phase: Phase,
     reason: Option<Reason>,
-    go_arounds: u8,
-    /// Those of them that broke off a descent.
-    aborted: u8,
+    go_arounds: GoArounds,
     last_request: OperatorRequest,
     /// Time in this phase and in those that share its limit, s.
     clock: Sum<R>,
@@ -197,7 +223,7 @@ impl<R: Real> StateMachine<R> {
             waits_for: conditions
                 .unready
                 .filter(|_| matches!(phase, Phase::Approach | Phase::Hold)),
-            go_arounds: state.go_arounds,
+            go_arounds: state.go_arounds.all(),
             hurry: conditions.battery_critical,
         }
     }
@@ -268,6 +294,7 @@ impl<R: Real> StateMachine<R> {
             Commit if let Some(reason) = now.blind => because(GoAround, reason),
             Commit if past.contact => (Touchdown, None),
             Commit if let Some(reason) = strayed => because(GoAround, reason),
+            Commit if now.gust_at_touch => because(GoAround, Reason::Wind),
             Commit if let (true, Some(reason)) = (now.above_commit_height, now.stale) => {
                 because(GoAround, reason)
             }
@@ -354,8 +381,9 @@ impl<R: Real> StateMachine<R> {
             searched: state.lost.lasts(self.search_s),
             escaped: state.escaped,
             sinks: state.sinking.lasts(self.excess_s),
-            too_many: state.aborted > self.go_arounds
-                || state.go_arounds - state.aborted > self.hover_go_arounds,
+            too_many: state.go_arounds.descent > self.go_arounds
+                || state.go_arounds.wind > self.wind_go_arounds
+                || state.go_arounds.hover > self.hover_go_arounds,
         };
         state.last_request = seen.request;
         past
@@ -398,12 +426,11 @@ impl<R: Real> StateMachine<R> {
             state.escaped = true;
             if reason != Some(Reason::Operator) {
                 let descending = state.phase.stage() == Stage::Landing;
-                state.go_arounds = state.go_arounds.saturating_add(1);
-                state.aborted = state.aborted.saturating_add(u8::from(descending));
+                state.go_arounds.count(descending, reason);
             }
         }
         if restart && ended && phase == Phase::Approach {
-            (state.go_arounds, state.aborted) = (0, 0);
+            state.go_arounds = GoArounds::default();
         }
         // The waiting time does not count while the operator holds the vehicle.
         let held = phase == Phase::Hold && stop;

@@ -43,7 +43,7 @@
 //! | `Commit` | operator aborts | `GoAround` |
 //! | `Commit` | blind | `GoAround` |
 //! | `Commit` | supported for `support_s`, or touching for `contact_s` | `Touchdown` |
-//! | `Commit` | astray, saturated, late | `GoAround` |
+//! | `Commit` | astray, saturated, late, *gusty* | `GoAround` |
 //! | `Commit` | above the commit height by `commit_margin_m`, tag lost | `GoAround` |
 //! | `Commit` | above the commit height by `commit_margin_m` | `Descend` |
 //! | `Touchdown` | operator aborts | `GoAround` |
@@ -75,6 +75,10 @@
 //!   is within its limits, unless the battery is critical.
 //! - *gust*: the trim's slope exceeds `wind_slope` (no descent begins), by 0.08 more (a descent
 //!   above the commit height is aborted). The wind would push a standing vehicle off the deck.
+//!   *Gusty*: the wind pushes harder than feet hold that just touch, and harder than it usually does
+//!   ([`MachineInput::gusty`]), no foot is *low*, the battery is neither low nor critical, and the hover is not
+//!   raised over a rough sea. In such a gust the vehicle would slide as it touches, and fall from
+//!   one foot onto the others.
 //! - *touching*: not blind; height, relative velocity and lateral speed in the deck's
 //!   frame are within the limits of a touchdown; no contact switch is open. Or *supported*.
 //!   The height is that of the lowest foot, which tilt brings down. *Low*: that height alone,
@@ -98,7 +102,7 @@
 //!   of go-arounds, the deck's limits and the planner's waiting time
 //!   ([`MachineOutput::hurry`]) no longer matter. Critical excludes low.
 //! - *climbed*: fresh, and at least at the hover height less its tolerance; or at `safe_height_m`.
-//! - *go-arounds*: all count but those of the operator; those out of a hover have a limit of their own. *Patience*: the limit of the time in
+//! - *go-arounds*: all count but those of the operator; those out of a hover and those for the wind have limits of their own. *Patience*: the limit of the time in
 //!   Approach, Hold and Wait together since the last descent. *Late*: the time in Descend,
 //!   Commit and Touchdown together, or in GoAround, exceeds its limit.
 //!

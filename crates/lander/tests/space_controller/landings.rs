@@ -84,6 +84,7 @@ fn fly(plant: &mut Plant, change: impl Fn(&mut MachineInput<f64>, Phase, f64)) -
             diverged: false,
             foot_drop_m: 0.0,
             wind_slope: 0.0,
+            gusty: false,
             hold_extra_m: 0.0,
             height_m: motion.position_m.z,
             height_sd_m: 0.01,

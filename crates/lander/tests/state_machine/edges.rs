@@ -38,6 +38,7 @@ fn prop_single_precision_takes_the_same_way() {
         diverged: s.diverged,
         foot_drop_m: s.foot_drop_m as f32,
         wind_slope: s.wind_slope as f32,
+        gusty: s.gusty,
         hold_extra_m: s.hold_extra_m as f32,
         height_m: s.height_m as f32,
         height_sd_m: s.height_sd_m as f32,

@@ -101,7 +101,10 @@ impl Watch {
             u32::from(out.phase == Phase::GoAround && before != Phase::GoAround && counted);
         self.critical |= seen.battery_share <= state_machine.battery_critical;
         if self.restarts == 0 && !self.critical {
-            let most = state_machine.go_arounds + state_machine.hover_go_arounds + 1;
+            let most = state_machine.go_arounds
+                + state_machine.wind_go_arounds
+                + state_machine.hover_go_arounds
+                + 1;
             assert!(out.go_arounds <= most);
         }
     }
@@ -131,6 +134,7 @@ prop_compose! {
         ages in (mostly(0.05), mostly(0.02), mostly(0.002), mostly(0.01)),
         place in (prop_oneof![Just(0.8), Just(0.25), Just(0.1), mostly(0.5)], mostly(0.05)),
         lateral in (mostly(0.02), mostly(0.01), mostly(0.02)),
+        air in (mostly(0.3), prop::bool::weighted(0.05)),
         deck in (mostly(0.03), mostly(0.15), mostly(0.7)),
         forces in (prop_oneof![Just(1.0), Just(0.3), mostly(0.5)], mostly(1.0), mostly(0.05)),
         flags in (prop::bool::weighted(0.03), prop::bool::weighted(0.05), prop::bool::weighted(0.7)),
@@ -140,7 +144,7 @@ prop_compose! {
         MachineInput {
             tag_age_s: ages.0, range_age_s: ages.1, imu_age_s: ages.2,
             diverged: flags.0, saturated: flags.1, go: flags.2,
-            height_m: place.0, height_sd_m: ages.3, foot_drop_m: 0.0, hold_extra_m: 0.0, wind_slope: 0.0, relative_velocity_mps: place.1,
+            height_m: place.0, height_sd_m: ages.3, foot_drop_m: 0.0, hold_extra_m: 0.0, wind_slope: air.0, gusty: air.1, relative_velocity_mps: place.1,
             lateral_error_m: lateral.0, lateral_speed_mps: lateral.1, tilt_rad: lateral.2,
             deck_tilt_rad: deck.0, deck_speed_mps: deck.1, battery_share: deck.2,
             thrust_share: forces.0, load_factor: forces.1,

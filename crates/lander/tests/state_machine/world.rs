@@ -18,6 +18,7 @@ pub(crate) fn good() -> MachineInput<f64> {
         diverged: false,
         foot_drop_m: 0.0,
         wind_slope: 0.0,
+        gusty: false,
         hold_extra_m: 0.0,
         height_m: 0.8,
         height_sd_m: 0.005,

@@ -94,6 +94,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             deck_tilt_rad: state.tilt_rad,
             deck_speed_mps,
             wind_slope: self.wind_slope(state),
+            gusty: self.is_gusty(state, &health),
             hold_extra_m: self.hold_extra_m(state, deck_speed_mps, motion.position_m.z, dt),
             battery_share: sensed.battery_share,
             thrust_share: state.demand_n() / weight_n,

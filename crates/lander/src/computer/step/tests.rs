@@ -296,3 +296,36 @@ fn analytic_friction_bounds_the_thrust_of_a_vehicle_that_leans() {
     state.course_mps2 = Vector::new(0.981, 0.0, 0.0);
     assert!(computer.idle_slower(&state, &leaning(0.1, 0.0)) < 3.1);
 }
+
+#[test]
+fn analytic_a_deck_that_turned_unseen_is_no_lean() {
+    let computer = computer();
+    let mut state: State = computer.initial(0.5);
+    let weight_n = computer.controller.mass_kg * computer.controller.gravity_mps2;
+    let all_feet = computer.guidance.idle_n_per_s / (2.0 * weight_n);
+    let mut motion = Motion {
+        attitude: Attitude::from_rotation_vector(Vector::new(0.0, 0.15, 0.0)),
+        deck_normal: Vector::UP,
+        ..Motion::default()
+    };
+    state.command.thrust_n = 0.1 * weight_n;
+    // One foot is lower by 0.15/√2 sin 0.15 - 0.10 (1 - cos 0.15) = 0.0147 m: more than 0.01 m, and than what feet at 0.15 m
+    // on a deck seem lower by that leans by 0.03 rad (0.0045 m), less than by 0.04 rad (0.006 m). The tag has never been seen.
+    // Below 0.6 m/s friction may still hold it on one foot.
+    for (deck_rad, across_mps, stands) in [
+        (0.0, 0.7, false),
+        (0.03, 0.7, false),
+        (0.04, 0.7, true),
+        (0.04, 0.5, false),
+    ] {
+        state.tilt_rad = deck_rad;
+        motion.relative_velocity_mps.y = across_mps;
+        let slower = computer.idle_slower(&state, &motion);
+        // On one foot by at most 0.3 of the weight per second, on all feet by at least twice the weight.
+        assert_eq!(
+            slower <= all_feet,
+            stands,
+            "{deck_rad} {across_mps} {slower}"
+        );
+    }
+}
