@@ -31,6 +31,7 @@ pub fn find(trial: &Trial, settle_s: f64) -> Result<Vec<Plateau>> {
     let throttle = super::throttle(trial)?;
     let (time, thrust) = (trial.time_s(), trial.require("thrust_n")?);
     let battery = trial.channel("battery_v");
+    let period_s = period_s(time);
     let rows: Vec<usize> = (0..time.len())
         .filter(|&i| throttle[i].is_finite())
         .collect();
@@ -41,7 +42,7 @@ pub fn find(trial: &Trial, settle_s: f64) -> Result<Vec<Plateau>> {
         let descending = last.is_some_and(|l| level < l);
         last = Some(level);
         let start = time[run[0]];
-        if time[run[run.len() - 1]] - start < settle_s + LEAST_S {
+        if !settles(held_s(time, run, period_s), settle_s) {
             continue;
         }
         let settled = || run.iter().copied().filter(|&i| time[i] - start >= settle_s);
@@ -109,12 +110,24 @@ pub fn short_steps(trial: &Trial, settle_s: f64) -> Result<Option<f64>> {
     let runs = rows.chunk_by(|&a, &b| throttle[a] == throttle[b]);
     let steps: Vec<&[usize]> = runs.filter(|run| run.len() >= STEP_ROWS).collect();
     let in_steps: usize = steps.iter().map(|run| run.len()).sum();
-    let held_s = median(
-        steps
-            .iter()
-            .map(|run| time[run[run.len() - 1]] - time[run[0]]),
-    );
-    Ok(held_s.filter(|held_s| 2 * in_steps > rows.len() && *held_s < settle_s + LEAST_S))
+    let period_s = period_s(time);
+    let held_s = median(steps.iter().map(|run| held_s(time, run, period_s)));
+    Ok(held_s.filter(|&held_s| 2 * in_steps > rows.len() && !settles(held_s, settle_s)))
+}
+
+/// Time for which the throttle of a run of rows is held (s): also for the period that its last row begins.
+fn held_s(time: &[f64], run: &[usize], period_s: f64) -> f64 {
+    time[run[run.len() - 1]] - time[run[0]] + period_s
+}
+
+/// Whether the thrust settles in that time, and leaves enough to read. Stamps of a clock err by some of their last digits.
+fn settles(held_s: f64, settle_s: f64) -> bool {
+    held_s > (settle_s + LEAST_S) * (1.0 - 1e-3)
+}
+
+/// Median period of the rows (s); 0 without two rows.
+fn period_s(time: &[f64]) -> f64 {
+    median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0)
 }
 
 /// The first and the ninth decile of the finite values, which gross outliers hardly move; none without a value.
@@ -179,10 +192,15 @@ mod tests {
             short_steps(&trial.with_channel("throttle", throttle).unwrap(), 0.8).unwrap()
         };
         let steps = |of: u32| move |i: u32| f64::from((7 * (i / of)) % 11) / 11.0;
-        // Ten rows at 20 Hz: 0.45 s from the first to the last.
+        // Ten rows at 20 Hz.
         let held_s = rows(0.05, &steps(10)).unwrap();
-        assert!((held_s - 0.45).abs() < 1e-9);
+        assert!((held_s - 0.5).abs() < 1e-9);
         assert_eq!(rows(0.05, &steps(30)), None);
+        // A second, 0.8 s to settle and 0.2 s to read, is enough at every rate.
+        for of in [5, 10, 20, 100] {
+            assert_eq!(rows(1.0 / f64::from(of), &steps(of)), None, "{of}");
+            assert!(rows(0.98 / f64::from(of), &steps(of)).is_some(), "{of}");
+        }
         assert_eq!(rows(0.05, &|i| f64::from(i) / 600.0), None);
         // A table of points that were measured twice.
         assert_eq!(rows(0.1, &steps(2)), None);
