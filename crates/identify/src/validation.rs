@@ -121,12 +121,13 @@ pub fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<
 /// Units, signs and zeros of the log that cannot be right, or do not fit together.
 fn data_doubts(card: &Card, ground: &GroundTrial) -> Vec<String> {
     let mut settings = GroundEffectSettings::default();
-    let lengths = settings.lengths_m.iter_mut().zip(["l1", "l2", "l3"]);
-    for (length, name) in lengths {
-        *length = card.constants.get(name).copied().unwrap_or(*length);
-    }
     let radius_m = card.vehicle.rotor_radius_m;
     settings.rotor_radius_m = radius_m.unwrap_or(settings.rotor_radius_m);
+    let mut lengths_m = settings.lengths_m();
+    for (length, name) in lengths_m.iter_mut().zip(["l1", "l2", "l3"]) {
+        *length = card.constants.get(name).copied().unwrap_or(*length);
+    }
+    settings.lengths_m = Some(lengths_m);
     ground_effect::data_check::check(std::slice::from_ref(ground), &settings).map_or_else(
         |refusal| vec![refusal.to_string()],
         |doubts| doubts.iter().map(ToString::to_string).collect(),

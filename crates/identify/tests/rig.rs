@@ -64,12 +64,11 @@ fn trials(count: u32, rate_hz: usize) -> Vec<GroundTrial> {
 }
 
 fn lag(trials: &[GroundTrial]) -> Result<FittedCard> {
-    fit(
-        Form::Lag,
-        trials,
-        &IdentificationSettings::default(),
-        &Origin::default(),
-    )
+    lag_with(&IdentificationSettings::default(), trials)
+}
+
+fn lag_with(settings: &IdentificationSettings, trials: &[GroundTrial]) -> Result<FittedCard> {
+    fit(Form::Lag, trials, settings, &Origin::default())
 }
 
 fn term<'a>(fitted: &'a FittedCard, of: &str) -> &'a Term {
@@ -95,6 +94,37 @@ fn regress_the_lag_of_slow_logs_is_not_short() {
             "{rate_hz} Hz: {tau:?}"
         );
     }
+}
+
+#[test]
+fn analytic_a_small_vehicle_has_the_model_of_a_large_one_at_its_size() {
+    // A rotor radius of 0.03 m in place of 0.12 m, and a fiftieth of the thrust: 0.2 to 0.3 N.
+    let (size, force) = (0.25, 0.02);
+    let mut trials = trials(10, 100);
+    for trial in &mut trials {
+        let scaled = |values: &mut Vec<f64>, by: f64| values.iter_mut().for_each(|v| *v *= by);
+        scaled(&mut trial.height_m, size);
+        scaled(&mut trial.deck_velocity_mps, size);
+        scaled(&mut trial.free_air_thrust_n, force);
+        scaled(&mut trial.force_n, force);
+    }
+    let mut settings = IdentificationSettings::default();
+    settings.ground_effect.rotor_radius_m *= size;
+    let fitted = lag_with(&settings, &trials).unwrap();
+    // As of the large vehicle.
+    let tau_s = term(&fitted, "tau").value;
+    assert!((tau_s - TAU_S).abs() < 1e-3, "{tau_s}");
+    let h = fitted.card.terms.iter().filter(|t| t.of == "h");
+    let found: Vec<f64> = h.map(|t| t.value).collect();
+    // Noise of 0.02 N in 10 N, over 10 logs, leaves 0.001 to each; they trade off by some times that.
+    for (value, truth) in found.iter().zip(H) {
+        assert!((value - truth).abs() < 0.01, "{found:?}");
+    }
+    // With the noise of a large load cell, priors would weigh more than the data.
+    settings.shooting.noise_n = Some(0.1);
+    let pulled = lag_with(&settings, &trials).unwrap();
+    let error_s = (term(&pulled, "tau").value - TAU_S).abs();
+    assert!(error_s > 2e-3, "{error_s}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use sindy::statistics::regression::least_squares;
 use sindy::trajectory::delay::{apparent_delay, first_order_lag};
 use sindy::uncertainty::identifiability::{self, examine};
 use sindy::{Gram, Library, Samples};
+use touchdown_model::Form;
 
 use super::GroundTrial;
 use super::data_check::{self, DataWarning};
@@ -86,7 +87,7 @@ pub fn examine_trials(
     let (library, grams) = live_library(&samples, settings)?;
     let report = examine(&library, &Gram::total(&grams), &samples)?;
     let left_out = zero_terms(&library, settings);
-    let lengths = settings.ground_effect.lengths_m;
+    let lengths = settings.ground_effect.lengths_m();
     let h = StaticMap::fit(trials, lengths)?.coefficients();
     let lag_inflation = lag_inflation(trials, h, lengths)?;
     let mut found = Identifiability {
@@ -103,6 +104,13 @@ pub fn examine_trials(
 }
 
 impl Identifiability {
+    /// What to correct and to record for forms: the library of eq. (9) matters to that form alone.
+    pub fn advice_for(&self, forms: &[Form]) -> impl Iterator<Item = &Advice> {
+        let of_library = forms.contains(&Form::Derivative);
+        let advice = self.advice.iter();
+        advice.filter(move |a| of_library || !matches!(a, Advice::RecordIndependently { .. }))
+    }
+
     /// What to record.
     fn records(&self) -> Vec<Advice> {
         let mut advice = Vec::new();

@@ -35,7 +35,7 @@ pub(super) fn fit(
             Ok(Empirical::fit(trials, settings, radius_m)?.card(origin))
         }
         Form::Static => {
-            let lengths_m = settings.ground_effect.lengths_m;
+            let lengths_m = settings.ground_effect.lengths_m();
             Ok(StaticMap::fit(trials, lengths_m)?.card(origin))
         }
         other => Err(Error::not_fitted(other)),
@@ -68,7 +68,7 @@ impl Empirical {
         let start = Parameter::free(1.0_f64.min(most)).within(0.0, most);
         let refined = settings
             .shooting
-            .build(0.0)
+            .build(0.0, super::trial::greatest_n(trials))
             .refine(&model, &records, &[start])?;
         let (mu, error) = (refined.parameters[0], refined.std_errors[0]);
         Ok(Self {

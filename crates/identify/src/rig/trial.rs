@@ -223,6 +223,12 @@ pub(super) fn clusters(trials: &[GroundTrial], coefficients: usize) -> Clusters 
     }
 }
 
+/// Greatest thrust out of ground effect (N).
+pub(super) fn greatest_n(trials: &[GroundTrial]) -> f64 {
+    let thrusts = trials.iter().flat_map(|t| &t.free_air_thrust_n);
+    thrusts.copied().fold(0.0, f64::max)
+}
+
 /// Rows of all trials.
 pub(super) fn rows(trials: &[GroundTrial]) -> usize {
     trials.iter().map(|t| t.time_s.len()).sum()

@@ -126,15 +126,16 @@ impl IdentificationSettings {
             "1 to 6",
             &t.degree,
         )?;
+        let lengths_m = g.lengths_m();
         for (key, v) in [
             ("shooting.window_s", shooting.window_s),
             ("shooting.stride_s", shooting.stride_s),
-            ("shooting.noise_n", shooting.noise_n),
+            ("shooting.noise_n", shooting.noise_n.unwrap_or(1.0)),
             ("thrust.max_lag_s", t.max_lag_s),
             ("ground_effect.rotor_radius_m", g.rotor_radius_m),
-            ("ground_effect.lengths_m[0]", g.lengths_m[0]),
-            ("ground_effect.lengths_m[1]", g.lengths_m[1]),
-            ("ground_effect.lengths_m[2]", g.lengths_m[2]),
+            ("ground_effect.lengths_m[0]", lengths_m[0]),
+            ("ground_effect.lengths_m[1]", lengths_m[1]),
+            ("ground_effect.lengths_m[2]", lengths_m[2]),
             ("ground_effect.lag_bounds_s[0]", g.lag_bounds_s[0]),
         ] {
             above_0(key, v)?;

@@ -92,8 +92,9 @@ pub struct ShootingSettings {
     pub stride_s: f64,
     /// Every how many samples a residual is taken.
     pub every: usize,
-    /// Standard deviation of the measured force's noise (N), that weighs data against priors.
-    pub noise_n: f64,
+    /// Standard deviation of the measured force's noise (N), that weighs data against priors. Without it, 0.1 N or a hundredth of the
+    /// greatest thrust, whichever is less.
+    pub noise_n: Option<f64>,
     /// Steps at most.
     pub max_iterations: usize,
 }
@@ -104,22 +105,29 @@ impl Default for ShootingSettings {
             window_s: 10.0,
             stride_s: 10.0,
             every: 3,
-            noise_n: 0.1,
+            noise_n: None,
             max_iterations: 40,
         }
     }
 }
 
 impl ShootingSettings {
-    /// The solver's settings, with the standard deviation of a window's start in the state's unit.
+    /// Standard deviation of the measured force's noise (N), of logs that reach `greatest_n`: that of the settings, or 0.1 N, for small
+    /// vehicles a hundredth of the greatest thrust, as of a load cell made for them. With 0.1 N their data would count less than
+    /// priors.
+    pub(crate) fn noise_sd_n(&self, greatest_n: f64) -> f64 {
+        self.noise_n.unwrap_or(0.1_f64.min(0.01 * greatest_n))
+    }
+
+    /// The solver's settings, with the standard deviation of a window's start in the state's unit, for logs that reach `greatest_n`.
     #[must_use]
-    pub fn build(&self, start_sd: f64) -> Shooting {
+    pub fn build(&self, start_sd: f64, greatest_n: f64) -> Shooting {
         Shooting {
             window: self.window_s,
             stride: self.stride_s,
             every: self.every,
             start_sd,
-            noise_sd: self.noise_n,
+            noise_sd: self.noise_sd_n(greatest_n),
             max_iterations: self.max_iterations,
         }
     }
@@ -262,8 +270,9 @@ impl ThrustSettings {
 pub struct GroundEffectSettings {
     /// Rotor radius R of eq. (2) where the vehicle's own is not known (m).
     pub rotor_radius_m: f64,
-    /// Lengths of the bounded functions of height (m).
-    pub lengths_m: [f64; 3],
+    /// Lengths of the bounded functions of height (m). Without them, 0.08, 0.20 and 0.45 m for a rotor radius of 0.12 m, in proportion
+    /// for another.
+    pub lengths_m: Option<[f64; 3]>,
     /// Candidate terms of eq. (9), in `f`, `s`, `z`, `v_p`, `v_q`. Terms that are zero throughout the data
     /// are left out by themselves.
     pub library: Vec<String>,
@@ -279,7 +288,7 @@ impl Default for GroundEffectSettings {
     fn default() -> Self {
         Self {
             rotor_radius_m: 0.12,
-            lengths_m: [0.08, 0.20, 0.45],
+            lengths_m: None,
             library: touchdown_flight::ground_effect::Polynomial::<f64>::TERMS
                 .map(String::from)
                 .to_vec(),
@@ -287,5 +296,15 @@ impl Default for GroundEffectSettings {
             ratio_limits: [-0.1, 0.6],
             velocity_input: touchdown_model::card::VelocityInput::NegativeRelative,
         }
+    }
+}
+
+impl GroundEffectSettings {
+    /// Lengths of the bounded functions of height (m), of the settings or by the rotor radius.
+    #[must_use]
+    pub fn lengths_m(&self) -> [f64; 3] {
+        let scale = self.rotor_radius_m / 0.12;
+        let default_m = [0.08, 0.20, 0.45].map(|length_m| length_m * scale);
+        self.lengths_m.unwrap_or(default_m)
     }
 }

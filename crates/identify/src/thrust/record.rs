@@ -92,6 +92,12 @@ impl StandRecords {
         }
     }
 
+    /// Greatest measured thrust (N).
+    fn greatest_n(&self) -> f64 {
+        let thrusts = self.records.iter().flat_map(|r| &r.thrust);
+        thrusts.copied().fold(0.0, f64::max)
+    }
+
     /// Time between rows (s).
     pub(super) fn period_s(&self) -> f64 {
         let r = &self.records[0];
@@ -174,7 +180,7 @@ impl StandRecords {
             stride: 1.0,
             every: 1,
             start_sd: START_SD,
-            noise_sd: settings.shooting.noise_n,
+            noise_sd: settings.shooting.noise_sd_n(self.greatest_n()),
             max_iterations: settings.shooting.max_iterations,
         };
         let model = model.clone().with_max_step(LONGEST_STEP_S)?;

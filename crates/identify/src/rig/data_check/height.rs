@@ -46,7 +46,7 @@ pub(super) fn check(
         let expected = format!("values of `height_m` in metres, at most {HIGHEST_M}");
         return Err(Error::data(label(trials), expected, found));
     }
-    let length_m = FAR_LENGTHS * settings.lengths_m[2];
+    let length_m = FAR_LENGTHS * settings.lengths_m()[2];
     let limit_m = length_m.max(FAR_RADII * settings.rotor_radius_m);
     if least_m > limit_m {
         let expected = format!(

@@ -44,7 +44,7 @@ impl DynamicForm {
 
     /// `y' = Θ(y, z, v_p) ξ`, `f = T y`; the search starts at the static map.
     fn ratio(trials: &[GroundTrial], settings: &IdentificationSettings) -> Result<Self> {
-        let lengths = settings.ground_effect.lengths_m;
+        let lengths = settings.ground_effect.lengths_m();
         let h = StaticMap::fit(trials, lengths)?.coefficients();
         let [p1, p2, p3] = psi(lengths);
         let rate = START_RATE;
@@ -87,7 +87,7 @@ impl DynamicForm {
 
     /// `y = G + k(z) v_p`, `G' = (h(z) - G)/tau`, `f = T y`; the search starts at the static map.
     fn lag(trials: &[GroundTrial], settings: &IdentificationSettings) -> Result<Self> {
-        let lengths = settings.ground_effect.lengths_m;
+        let lengths = settings.ground_effect.lengths_m();
         let h = StaticMap::fit(trials, lengths)?.coefficients();
         let [p1, p2, p3] = psi(lengths);
         let [lo, hi] = settings.ground_effect.lag_bounds_s;

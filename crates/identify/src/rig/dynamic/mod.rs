@@ -13,7 +13,7 @@ use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
 use super::between::FineTrial;
-use super::trial::{clusters, records, rows};
+use super::trial::{clusters, greatest_n, records, rows};
 use crate::error::Result;
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, outcome};
@@ -123,7 +123,7 @@ impl DynamicFit {
     fn card(&self, settings: &IdentificationSettings, origin: &Origin) -> FittedCard {
         let (form, refined) = (&self.form, &self.refined);
         let mut card = origin.card(form.name, Kind::GroundEffect, form.form, form.equation);
-        (card.constants, card.definitions) = psi_definitions(settings.ground_effect.lengths_m);
+        (card.constants, card.definitions) = psi_definitions(settings.ground_effect.lengths_m());
         let estimates = Estimate::refined(refined, self.clusters);
         for (place, estimate) in form.places.iter().zip(estimates) {
             card.terms
@@ -252,7 +252,7 @@ impl<'a> FineLogs<'a> {
 
     /// Residuals in every row where a log is slow: the rows between have none, and each of its own counts.
     fn shooting(&self, settings: &IdentificationSettings, start_sd: f64) -> Shooting {
-        let shooting = settings.shooting.build(start_sd);
+        let shooting = settings.shooting.build(start_sd, greatest_n(&self.trials));
         let every = match self.trials {
             Cow::Borrowed(_) => shooting.every,
             Cow::Owned(_) => 1,

@@ -159,7 +159,7 @@ fn coefficients_of(run: &Run, results: &Results, form: Form) -> Result<Table> {
         &format!("{}: coefficients ± half the 95 % interval.", form.title()),
         &columns,
     );
-    let [l1, l2, l3] = run.settings.identification.ground_effect.lengths_m;
+    let [l1, l2, l3] = run.settings.identification.ground_effect.lengths_m();
     let bounded = format!("psi_i = 1/(1 + (z/l_i)²), l = {l1}, {l2}, {l3} m.");
     match form {
         Form::Empirical => table = table.note("The paper prints no μ."),

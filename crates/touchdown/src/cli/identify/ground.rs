@@ -83,10 +83,18 @@ pub(super) fn run(
         identifiability: &identifiability,
         origin,
     };
-    let fits = sort_out(job.fit(&asked), !by_name.is_empty())?;
+    let mut fits = sort_out(job.fit(&asked), !by_name.is_empty())?;
+    let of_thrust = card.warnings.iter();
+    let of_thrust: Vec<String> = of_thrust
+        .map(|w| format!("thrust card `{}`: {w}", card.name))
+        .collect();
+    for fitted in &mut fits.cards {
+        fitted.card.warnings.extend(of_thrust.iter().cloned());
+    }
     let mut of_logs = gaps;
+    of_logs.extend(of_thrust);
     of_logs.extend(load::once(logs.iter().flat_map(Log::warnings_by_log)));
-    of_logs.extend(identifiability.advice.iter().map(ToString::to_string));
+    of_logs.extend(identifiability.advice_for(&asked).map(ToString::to_string));
     let outcomes = job.outcomes(&fits, &of_logs, load::rows_dropped(&logs));
     match &target {
         Target::None => {}
