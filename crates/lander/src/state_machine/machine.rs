@@ -229,6 +229,7 @@ impl<R: Real> StateMachine<R> {
     }
 
     /// The table of transitions, row by row.
+    #[inline(never)]
     fn transition(
         &self,
         state: &MachineState<R>,
