@@ -58,7 +58,7 @@ fn regress_who_leans_into_the_wind_sets_the_other_feet_down_softly() {
 
 #[test]
 fn prop_a_gust_that_would_push_the_vehicle_off_its_feet_is_waited_for() {
-    // Trims of 9 and 14 m/s lean by slopes of 0.25 and 0.6.
+    // In 9 m/s the trim leans by less than the slope of 0.5 from which a gust counts, in 14 m/s by more.
     let mut scenario = sea(WindSettings {
         steady_mps: [9.0, 0.0, 0.0],
         ..WindSettings::default()

@@ -123,8 +123,7 @@ impl<R: Real> StateMachine<R> {
     // Conditions that let a landing go on are written so that NaN fails them.
     pub(super) fn conditions(&self, seen: &MachineInput<R>) -> Conditions {
         let blind = self.blind(seen);
-        let tag_lost = !up_to(seen.tag_age_s, self.tag_age_s);
-        let stale = blind.or(tag_lost.then_some(Reason::TagLost));
+        let stale = blind.or((!up_to(seen.tag_age_s, self.tag_age_s)).then_some(Reason::TagLost));
         let height_m = seen.height_m;
         let within = |value: R, funnel: Funnel<R>| value <= funnel.at(height_m);
         let closing_mps = -seen.relative_velocity_mps;
@@ -145,11 +144,10 @@ impl<R: Real> StateMachine<R> {
         // From higher up there is more way to correct an error.
         let wider = R::ONE + seen.hold_extra_m.max(R::ZERO);
         let hold_tolerance_m = wider * self.hold_tolerance_m;
-        let hold_speed_mps = wider * self.hold_speed_mps;
+        let slow = |speed_mps: R| speed_mps <= wider * self.hold_speed_mps;
         let at_hold_height = height_error_m.abs() <= hold_tolerance_m;
         let over_pad = seen.lateral_error_m.abs() <= wider * self.hold_lateral_m;
-        let steady = seen.relative_velocity_mps.abs() <= hold_speed_mps
-            && seen.lateral_speed_mps <= hold_speed_mps;
+        let steady = slow(seen.relative_velocity_mps.abs()) && slow(seen.lateral_speed_mps);
         let unready = stale.or(beyond).or(first(&[
             (!seen.is_finite(), Reason::NotFinite),
             (!seen.knows_deck(), Reason::Deck),
@@ -165,6 +163,7 @@ impl<R: Real> StateMachine<R> {
         let [soft, resting, supported] = self.on_deck(seen, blind.is_none());
         let touching = supported || soft;
         let low = blind.is_none() && self.as_low(seen, self.support_margin_m);
+        let may_wait = !(low || battery_low || battery_critical) && seen.hold_extra_m <= R::ZERO;
         let slides = low
             && seen.relative_velocity_mps.abs() <= r::<R>(2.0) * self.touchdown_speed_mps
             && seen.lateral_speed_mps.is_finite();
@@ -179,11 +178,7 @@ impl<R: Real> StateMachine<R> {
             beyond,
             sinking: closing_mps > self.closing_mps.at(height_m),
             gust: seen.wind_slope.abs() > self.wind_slope + r(GUST_SLOPE),
-            gust_at_touch: seen.gusty
-                && !low
-                && !battery_low
-                && !battery_critical
-                && seen.hold_extra_m <= R::ZERO,
+            gust_at_touch: may_wait && seen.gusty,
             rough_deck,
             battery_low,
             battery_critical,

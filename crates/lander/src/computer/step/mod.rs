@@ -121,10 +121,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             knowledge,
             dt,
         );
-        let disturbance_n = state
-            .controller
-            .as_ref()
-            .map_or(Vector::ZERO, |controller| controller.disturbance_n);
+        let controller = state.controller.as_ref();
+        let disturbance_n = controller.map_or(Vector::ZERO, |state| state.disturbance_n);
         state.command = command.unwrap_or_default();
         self.feel_support(state, &motion, dt);
         ComputerOutput {
