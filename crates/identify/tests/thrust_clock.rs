@@ -126,7 +126,11 @@ impl Stand {
 fn fit(trial: Trial, form: Option<ThrustForm>) -> FittedCard {
     let mut settings = IdentificationSettings::default();
     settings.thrust.form = form;
-    thrust::fit(&[trial], &settings, &Origin::default()).unwrap()
+    fit_with(&settings, trial)
+}
+
+fn fit_with(settings: &IdentificationSettings, trial: Trial) -> FittedCard {
+    thrust::fit(&[trial], settings, &Origin::default()).unwrap()
 }
 
 fn term<'a>(made: &'a FittedCard, of: &str) -> &'a Term {
@@ -247,13 +251,15 @@ fn prop_steps_that_are_too_short_to_settle_are_told() {
         told.filter(|w| matches!(w, Warning::UnsettledRows { .. }))
             .count()
     };
-    // At 10 Hz a lag is not asked for, and a second is not enough for a plateau.
+    // At 10 Hz a lag is not asked for, and steps of a second are not enough for a plateau where the thrust settles in 0.9 s.
     let stand = Stand {
         rate_hz: 10.0,
         duration_s: 60.0,
         ..STAND
     };
-    let made = fit(stand.log(350, 1), None);
+    let mut slow = IdentificationSettings::default();
+    slow.thrust.settle_s = 0.9;
+    let made = fit_with(&slow, stand.log(350, 1));
     assert_eq!(made.card.form, Form::StaticSqrt);
     assert_eq!(short(&made), 1);
     // The highest throttle is reached from below and from above: nothing is known of the supply.
@@ -264,7 +270,10 @@ fn prop_steps_that_are_too_short_to_settle_are_told() {
             .any(|w| matches!(w, Warning::SupplyLimit { .. }))
     );
     // At 100 Hz the lag is fitted.
-    assert_eq!(short(&fit(STAND.log(350, 1), None)), 0);
+    assert_eq!(short(&fit_with(&slow, STAND.log(350, 1))), 0);
+    // Where it settles in 0.8 s, they are enough.
+    let made = fit(stand.log(350, 1), None);
+    assert_eq!((made.card.form, short(&made)), (Form::StaticSqrt, 0));
 }
 
 #[test]
