@@ -31,7 +31,7 @@ pub fn find(trial: &Trial, settle_s: f64) -> Result<Vec<Plateau>> {
     let throttle = super::throttle(trial)?;
     let (time, thrust) = (trial.time_s(), trial.require("thrust_n")?);
     let battery = trial.channel("battery_v");
-    let period_s = period_s(time);
+    let period_s = trial.period_s().unwrap_or(0.0);
     let rows: Vec<usize> = (0..time.len())
         .filter(|&i| throttle[i].is_finite())
         .collect();
@@ -110,7 +110,7 @@ pub fn short_steps(trial: &Trial, settle_s: f64) -> Result<Option<f64>> {
     let runs = rows.chunk_by(|&a, &b| throttle[a] == throttle[b]);
     let steps: Vec<&[usize]> = runs.filter(|run| run.len() >= STEP_ROWS).collect();
     let in_steps: usize = steps.iter().map(|run| run.len()).sum();
-    let period_s = period_s(time);
+    let period_s = trial.period_s().unwrap_or(0.0);
     let held_s = median(steps.iter().map(|run| held_s(time, run, period_s)));
     Ok(held_s.filter(|&held_s| 2 * in_steps > rows.len() && !settles(held_s, settle_s)))
 }
@@ -123,11 +123,6 @@ fn held_s(time: &[f64], run: &[usize], period_s: f64) -> f64 {
 /// Whether the thrust settles in that time, and leaves enough to read. Stamps of a clock err by some of their last digits.
 fn settles(held_s: f64, settle_s: f64) -> bool {
     held_s > (settle_s + LEAST_S) * (1.0 - 1e-3)
-}
-
-/// Median period of the rows (s); 0 without two rows.
-fn period_s(time: &[f64]) -> f64 {
-    median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0)
 }
 
 /// The first and the ninth decile of the finite values, which gross outliers hardly move; none without a value.
