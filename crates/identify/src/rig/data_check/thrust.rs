@@ -4,6 +4,7 @@ use super::{DataWarning, label, quantile, sorted};
 use crate::error::{Error, Result};
 use crate::map_line::map_line;
 use crate::rig::GroundTrial;
+use crate::rig::trial::greatest_n;
 use crate::thrust_scale::ThrustCause;
 
 /// Share of the rows that counts as far from the deck: the highest third.
@@ -68,12 +69,7 @@ fn check_throttle(trials: &[GroundTrial]) -> Result<()> {
 fn far_rows(trials: &[GroundTrial]) -> (Vec<f64>, Vec<f64>) {
     let heights = sorted(trials.iter().flat_map(|t| t.height_m.iter().copied()));
     let from_m = quantile(&heights, FAR_SHARE).unwrap_or(f64::NAN);
-    let free = || {
-        trials
-            .iter()
-            .flat_map(|t| t.free_air_thrust_n.iter().copied())
-    };
-    let least_n = LEAST_SHARE * free().fold(0.0, f64::max);
+    let least_n = LEAST_SHARE * greatest_n(trials);
     trials
         .iter()
         .flat_map(|t| {
