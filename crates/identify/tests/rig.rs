@@ -173,3 +173,14 @@ fn regress_thrust_in_grams_makes_no_card() {
     let error = lag(&trials).unwrap_err().to_string();
     assert!(error.contains("Is `thrust_n` in grams?"), "{error}");
 }
+
+#[test]
+fn prop_rotors_that_never_turned_are_one_clear_error() {
+    let mut trials = trials(8, 100);
+    for trial in &mut trials {
+        trial.throttle.fill(0.0);
+        trial.free_air_thrust_n.fill(0.0);
+    }
+    let error = lag(&trials).unwrap_err().to_string();
+    assert!(error.contains("expected"), "{error}");
+}
