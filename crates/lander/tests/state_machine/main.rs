@@ -6,4 +6,5 @@ mod promises;
 mod sight;
 mod table;
 mod touchdown;
+mod wind;
 mod world;
