@@ -31,13 +31,13 @@ const STEADY_S: f64 = 10.0;
 /// Time between two values of that mean, s: short against a swing of the hover.
 const VALUE_S: f64 = 0.05;
 
-/// Slope of the trim up to which feet hold that just touch: friction of 0.6, less what the wind may change by until weight is on them. At
-/// 0.4 a seventh more descents at 12 m/s are broken off, and as many landings crash. The effects of halving and doubling were not
-/// measured.
+/// Slope of the trim up to which feet hold that just touch: friction of 0.6, less what the wind may change by until weight is on them. The
+/// effects of halving and doubling were not measured. (While hovers waited for such a lull as well, 0.4 broke off a seventh more descents
+/// at 12 m/s, and as many landings crashed.)
 const TOUCH_SLOPE: f64 = 0.5;
 /// Slope beyond its mean from which the wind is a gust: where it always pushes so hard, waiting does not help. The effects of halving and
 /// doubling were not measured.
-const GUST_SLOPE: f64 = 0.04;
+const BEYOND_MEAN: f64 = 0.04;
 
 /// Distance by which gusts move a vehicle off its axis per slope of the approach, m: 0.07 m at
 /// 10 m/s, two standard deviations. Halved, every second descent at 10 m/s is aborted for it; doubled, the
@@ -92,11 +92,11 @@ const FRICTION_PER_MPS: f64 = 8.0;
 /// `wind.toml`, seed 5201) crash at 12 m/s, and 11 of 15 kg, for 19 and 4. With 4, 18 and 4, and a tenth more landings at 8 m/s are hard.
 const SLIDES_PER_S: f64 = 2.0;
 /// Time in which a deck turns by as much as it has leaned before, s: a sixth of the period of a sea. Without it, vehicles of 25 kg whose deck
-/// has turned under them count as leaning, and 22 and 33 of 400 crash at 12 m/s (`octorotor_25kg`, seeds 7001 and 7002), for 10 and 14.
+/// has turned under them count as leaning, and 22 and 33 of 400 crash (`octorotor_25kg`, the 12 m/s of `wind.toml` alone, seeds 7001 and 7002), for 10 and 14.
 /// The effects of halving and doubling were not measured.
 const TURNS_S: f64 = 1.0;
 /// Speed across the deck of a vehicle that is not held, whichever way the deck has turned, m/s. With 0.25 m/s as many crash, and of 150 landings
-/// of `quadrotor_15kg` at 8 m/s 84 are hard for 71; with 0.8 m/s 11 and 15 of those 400 crash.
+/// of `quadrotor_15kg` at 8 m/s (seed 7003) 84 are hard for 71; with 0.8 m/s 11 and 15 of those 400 crash.
 const FAST_SLIDE_MPS: f64 = 0.6;
 /// Least slope that counts as between the friction and a lean.
 const LEAST_SLOPE: f64 = 0.01;
@@ -309,7 +309,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// satellite velocities any deck: it does not wait. (Of 200 landings of `quadrotor_0.03kg` on a car at 10 m/s without a broadcast, 107
     /// land if it does, 140 otherwise.)
     pub(super) fn is_gusty(&self, state: &ComputerState<R, G::State>, health: &Health<R>) -> bool {
-        let usual_slope = state.steady.wind_slope + r(GUST_SLOPE);
+        let usual_slope = state.steady.wind_slope + r(BEYOND_MEAN);
         let may_wait = health.gnss.fresh && !self.under_way;
         may_wait && self.wind_slope(state) > usual_slope.max(r(TOUCH_SLOPE))
     }
