@@ -8,6 +8,7 @@ use crate::common::{
     LARGE_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log,
 };
 use serde_json::Value;
+use touchdown_model::Card;
 use touchdown_sim::body::plant::{Plant, PlantSettings};
 use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
@@ -77,6 +78,10 @@ fn whole_path(plant: PlantSettings) -> (Value, Value) {
     args.extend(words(&[], &logs.thrust[..1]));
     let of_thrust = json(0, args);
 
+    let doubt = "the curve is wrong by 0.1 N";
+    let mut card = Card::read(&thrust).unwrap();
+    card.warnings.push(doubt.into());
+    card.write(&thrust).unwrap();
     let mut args = words(&["identify", "ground-effect"], &logs.ground);
     args.extend(words(&["--thrust"], std::slice::from_ref(&thrust)));
     args.extend(words(
@@ -90,6 +95,15 @@ fn whole_path(plant: PlantSettings) -> (Value, Value) {
         "a list where there are several forms"
     );
     assert!(number(&fitted[0]["lag_s"]) > 0.0 && fitted[1]["lag_s"].is_null());
+    // What the thrust card warns of holds for the force that is found with it; the library of eq. (9) is that of no form here.
+    let passed_on = format!("thrust card `{}`: {doubt}", card.name);
+    for (index, form) in ["lag", "static"].into_iter().enumerate() {
+        let told = fitted[index]["warnings"].to_string();
+        assert!(told.contains(&passed_on), "{told}");
+        assert!(!told.contains("library of eq. (9)"), "{told}");
+        let card = Card::read(&models.join(format!("{form}.toml"))).unwrap();
+        assert!(card.warnings.contains(&passed_on), "{:?}", card.warnings);
+    }
 
     let judged = folder.path().join("judged");
     let mut args = words(
