@@ -86,11 +86,11 @@ pub enum Warning {
         /// Time between measurements (s).
         period_s: f64,
     },
-    /// Rows count as points at rest while the thrust still settles after short steps.
+    /// Rows count as points at rest while the thrust still settles.
     UnsettledRows {
-        /// Time for which a throttle is held (s).
+        /// Time for which a throttle stays (s).
         held_s: f64,
-        /// Time after a step until the thrust counts as settled (s).
+        /// Time after a change until the thrust counts as settled (s).
         settle_s: f64,
     },
     /// A log joins the thrust of a slower sensor by lines.
@@ -286,9 +286,9 @@ impl fmt::Display for Warning {
             ),
             Self::UnsettledRows { held_s, settle_s } => write!(
                 f,
-                "the steps of throttle last {held_s:.2} s, and the thrust counts as settled {settle_s} s after a step: rows count as points at rest \
+                "each throttle stays for {held_s:.2} s, and the thrust counts as settled {settle_s} s after a change: rows count as points at rest \
                  while it still settles, so the curve and its intervals are wrong by that. Hold each throttle for a second and more, log the thrust \
-                 at 20 Hz or more, or lower settle_s where the rotor is faster"
+                 at 20 Hz or more and let the form be chosen, or lower settle_s where the rotor is faster"
             ),
             Self::ThrustJoined { period_s } => write!(
                 f,

@@ -1,5 +1,7 @@
 //! Logs of a stand whose clock does not tell all: commands between samples, a battery that sags, thrust that a logger repeats.
 
+use std::f64::consts::TAU;
+
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -15,6 +17,17 @@ const DEAD_TIME_S: f64 = 0.03;
 /// Step of the stand's simulation (s).
 const STEP_S: f64 = 0.0005;
 
+/// What is commanded.
+#[derive(Clone, Copy)]
+enum Course {
+    /// Random levels, each for a while.
+    Steps { hold_s: f64 },
+    /// Ramps of 10 s, up and down.
+    Ramps,
+    /// Waves of up to 4 Hz.
+    Waves,
+}
+
 /// A stand whose root of thrust follows `a + b s V` with a lag, V = 1 without a battery.
 struct Stand {
     rate_hz: f64,
@@ -23,8 +36,7 @@ struct Stand {
     between_samples: bool,
     /// Fall of the battery's voltage by thrust (V/N); none without a battery.
     sag: Option<f64>,
-    /// Commands are ramps of 10 s, up and down.
-    ramps: bool,
+    course: Course,
     /// How late a command is logged (s).
     logged_late_s: f64,
     /// How fast the output of the speed controller changes at most (1/s).
@@ -38,7 +50,7 @@ const STAND: Stand = Stand {
     duration_s: 30.0,
     between_samples: false,
     sag: None,
-    ramps: false,
+    course: Course::Steps { hold_s: 1.0 },
     logged_late_s: 0.0,
     slew: f64::INFINITY,
     play: 0.0,
@@ -55,19 +67,28 @@ impl Stand {
     /// A sample for each row of the log.
     fn samples(&self, random: &mut Pcg64) -> Vec<Sample> {
         let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-        let changes: Vec<[f64; 2]> = (0..=self.duration_s as usize)
+        let hold_s = match self.course {
+            Course::Steps { hold_s } => hold_s,
+            Course::Ramps | Course::Waves => 1.0,
+        };
+        let changes: Vec<[f64; 2]> = (0..=(self.duration_s / hold_s) as usize)
             .map(|k| {
                 let late = if self.between_samples && k > 0 {
                     uniform() / self.rate_hz
                 } else {
                     0.0
                 };
-                [k as f64 + late, 0.2 + 0.7 * uniform()]
+                [k as f64 * hold_s + late, 0.2 + 0.7 * uniform()]
             })
             .collect();
         let command = |t: f64| {
-            if self.ramps {
-                return 0.2 + 0.7 * (1.0 - (t.max(0.0) / 10.0 % 2.0 - 1.0).abs());
+            match self.course {
+                Course::Ramps => return 0.2 + 0.7 * (1.0 - (t.max(0.0) / 10.0 % 2.0 - 1.0).abs()),
+                Course::Waves => {
+                    let each = [0.3, 0.8, 1.7, 2.6, 4.0].map(|hz| (TAU * hz * t + hz).sin());
+                    return 0.55 + 0.06 * each.iter().sum::<f64>();
+                }
+                Course::Steps { .. } => {}
             }
             let at = changes.partition_point(|c| c[0] <= t + 1e-9).max(1);
             changes[at - 1][1]
@@ -245,6 +266,47 @@ fn prop_thrust_that_is_joined_by_lines_counts_where_it_was_measured() {
 }
 
 #[test]
+fn prop_a_throttle_that_is_new_in_every_row_is_held() {
+    let stand = Stand {
+        rate_hz: 50.0,
+        duration_s: 60.0,
+        course: Course::Steps { hold_s: 0.02 },
+        ..STAND
+    };
+    for seed in 360..366 {
+        let log = stand.log(seed, 1);
+        for form in [ThrustForm::FirstOrder, ThrustForm::Library] {
+            let made = fit(log.clone(), Some(form));
+            assert_eq!(made.card.constants.get("throttle_held"), Some(&1.0));
+            if form == ThrustForm::FirstOrder {
+                assert!(holds(term(&made, "T_m"), LAG_S), "{seed}");
+            }
+            assert!(holds(term(&made, "dead_time"), DEAD_TIME_S), "{seed}");
+        }
+    }
+}
+
+#[test]
+fn prop_a_lag_covers_what_lines_cut_off_the_waves_of_a_throttle() {
+    let stand = Stand {
+        rate_hz: 50.0,
+        duration_s: 40.0,
+        course: Course::Waves,
+        ..STAND
+    };
+    // At 4 Hz the lines cut 2 % off, and the lag is found 1 ms short, by the same in every log.
+    for seed in 370..376 {
+        let made = fit(stand.log(seed, 1), Some(ThrustForm::FirstOrder));
+        assert_eq!(made.card.constants.get("throttle_held"), Some(&0.0));
+        let lag = term(&made, "T_m");
+        assert!(holds(lag, LAG_S), "{seed}: {lag:?}");
+        // Twice 1.96 times that millisecond is 0.08 of the lag; noise adds half of it.
+        let [low, high] = lag.ci95.unwrap();
+        assert!(high - low < 0.12 * LAG_S, "{seed}: {lag:?}");
+    }
+}
+
+#[test]
 fn prop_steps_that_are_too_short_to_settle_are_told() {
     let short = |made: &FittedCard| {
         let told = made.warnings.iter();
@@ -271,6 +333,15 @@ fn prop_steps_that_are_too_short_to_settle_are_told() {
     );
     // At 100 Hz the lag is fitted.
     assert_eq!(short(&fit_with(&slow, STAND.log(350, 1))), 0);
+    // New in every row.
+    let restless = Stand {
+        course: Course::Steps { hold_s: 0.1 },
+        ..stand
+    };
+    let made = fit(restless.log(351, 1), None);
+    assert_eq!(short(&made), 1);
+    let supply = |w: &Warning| matches!(w, Warning::SupplyLimit { .. });
+    assert!(!made.warnings.iter().any(supply));
     // Where it settles in 0.8 s, they are enough.
     let made = fit(stand.log(350, 1), None);
     assert_eq!((made.card.form, short(&made)), (Form::StaticSqrt, 0));
@@ -333,7 +404,7 @@ fn prop_an_answer_that_is_not_of_one_lag_has_a_warning() {
 fn prop_ramps_of_one_rate_bound_the_lag_only() {
     let stand = Stand {
         duration_s: 60.0,
-        ramps: true,
+        course: Course::Ramps,
         play: 0.03,
         ..STAND
     };

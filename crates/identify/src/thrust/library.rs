@@ -50,7 +50,11 @@ pub(super) struct LibraryFit {
 impl LibraryFit {
     pub(super) fn new(trials: &[Trial], settings: &IdentificationSettings) -> Result<Self> {
         super::output_error::check_clock(trials)?;
-        let records = StandRecords::of(trials, settings)?;
+        let one_lag = match settings.thrust.dead_time {
+            DeadTime::None | DeadTime::Regression => None,
+            DeadTime::Auto | DeadTime::Estimate => Some(one_lag(trials, settings)?),
+        };
+        let records = StandRecords::of(trials, settings, one_lag.as_ref().map(LagFit::between))?;
         let library = Library::parse(&settings.thrust.library)?;
         let fit = |dead_time_s: f64| -> Result<(StandRecords, SparseLibrary)> {
             let records = records.delayed_by(dead_time_s);
@@ -75,7 +79,7 @@ impl LibraryFit {
             }
             DeadTime::Auto | DeadTime::Estimate => {
                 let none = of(fit(0.0)?, None);
-                let Some(guess) = by_one_lag(trials, settings)? else {
+                let Some(guess) = one_lag.and_then(|fit| fit.dead_time()) else {
                     return Ok(none);
                 };
                 let start = of(fit(guess.value)?, None);
@@ -171,14 +175,15 @@ impl LibraryFit {
     }
 }
 
-/// The dead time of a quadratic for √T behind one lag; none where it is not resolved or predicts no better.
-fn by_one_lag(trials: &[Trial], settings: &IdentificationSettings) -> Result<Option<Estimate>> {
+/// A quadratic for √T behind one lag: it tells what the throttle is between its samples, and the dead time where one is resolved
+/// and predicts better.
+fn one_lag(trials: &[Trial], settings: &IdentificationSettings) -> Result<LagFit> {
     let form = LagForm {
         form: ThrustForm::StaticSqrt,
         degree: 2,
         battery: false,
     };
-    Ok(LagFit::new(trials, settings, form)?.dead_time())
+    LagFit::new(trials, settings, form)
 }
 
 /// Eq. (8), fitted.

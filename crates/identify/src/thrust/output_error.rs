@@ -58,7 +58,7 @@ pub(super) fn between(records: &[CommandRecord]) -> Between {
 
 /// What held throttles are between their samples. A command that changes at any time is logged at the next sample: in the mean over
 /// many changes its answer is that to a straight line from the sample before, in which the change took place. One that changes at
-/// samples is held, unless the evidence for lines is very strong: few rows after a change tell the two apart.
+/// samples, be it at every one, is held, unless the evidence for lines is very strong: few rows after a change tell the two apart.
 fn likelier<'a>(
     seen: Between,
     alone: Free,
@@ -179,6 +179,11 @@ impl LagFit {
             rows,
             records,
         })
+    }
+
+    /// What the throttle is between its samples.
+    pub(super) fn between(&self) -> Between {
+        self.between
     }
 
     /// The dead time as far as it is resolved; none where it was not taken.

@@ -95,24 +95,49 @@ pub fn rows(trial: &Trial) -> Result<Vec<Plateau>> {
 
 /// Rows of one throttle from which on they are a step, not points of a table or of a ramp.
 const STEP_ROWS: usize = 3;
+/// Share of its range that a throttle goes through in the time that the thrust needs to settle, from which on no row is at rest. The
+/// thrust of a motor with a lag of 0.1 s errs by a fortieth of its range then. A ramp over the range in 5 s moves by less.
+const RESTLESS: f64 = 0.2;
 
-/// The median time for which throttle is held (s), of a trial of steps that are too short to be plateaus: its rows are no steady
-/// points.
+/// The median time for which throttle stays (s), of a trial in which it stays too short for the thrust to settle: its rows are no
+/// steady points.
 ///
 /// # Errors
 /// A missing channel.
-pub fn short_steps(trial: &Trial, settle_s: f64) -> Result<Option<f64>> {
+pub fn unsettled(trial: &Trial, settle_s: f64) -> Result<Option<f64>> {
     let throttle = super::throttle(trial)?;
     let time = trial.time_s();
     let rows: Vec<usize> = (0..time.len())
         .filter(|&i| throttle[i].is_finite())
         .collect();
-    let runs = rows.chunk_by(|&a, &b| throttle[a] == throttle[b]);
-    let steps: Vec<&[usize]> = runs.filter(|run| run.len() >= STEP_ROWS).collect();
+    let runs: Vec<&[usize]> = rows.chunk_by(|&a, &b| throttle[a] == throttle[b]).collect();
+    let steps: Vec<&[usize]> = runs
+        .iter()
+        .copied()
+        .filter(|run| run.len() >= STEP_ROWS)
+        .collect();
     let in_steps: usize = steps.iter().map(|run| run.len()).sum();
     let period_s = trial.period_s().unwrap_or(0.0);
-    let held_s = median(steps.iter().map(|run| held_s(time, run, period_s)));
-    Ok(held_s.filter(|&held_s| 2 * in_steps > rows.len() && !settles(held_s, settle_s)))
+    let stays_s = |runs: &[&[usize]]| median(runs.iter().map(|run| held_s(time, run, period_s)));
+    let of_steps = stays_s(&steps).filter(|_| 2 * in_steps > rows.len());
+    let stays_s = of_steps.or_else(|| {
+        let restless = moves(&throttle, time, &rows, settle_s)? > RESTLESS;
+        stays_s(&runs).filter(|_| restless)
+    });
+    Ok(stays_s.filter(|&stays_s| !settles(stays_s, settle_s)))
+}
+
+/// Median share of its range that a throttle goes through within a time (s).
+fn moves(throttle: &[f64], time: &[f64], rows: &[usize], within_s: f64) -> Option<f64> {
+    let span = |rows: &[usize]| {
+        let [low, high] = crate::fitted::range(rows.iter().map(|&i| throttle[i]))?;
+        Some(high - low)
+    };
+    let from_s = time[*rows.first()?];
+    let window = |i: usize| ((time[i] - from_s) / within_s).floor();
+    let windows = rows.chunk_by(|&a, &b| window(a) == window(b));
+    let all = span(rows)?;
+    median(windows.filter_map(span).map(|part| part / all))
 }
 
 /// Time for which the throttle of a run of rows is held (s): also for the period that its last row begins.
@@ -149,6 +174,8 @@ pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     #[test]
@@ -179,12 +206,12 @@ mod tests {
     }
 
     #[test]
-    fn analytic_steps_that_are_too_short_are_told_from_plateaus_ramps_and_tables() {
+    fn analytic_a_throttle_that_does_not_rest_is_told_from_plateaus_ramps_and_tables() {
         let rows = |period_s: f64, throttle: &dyn Fn(u32) -> f64| {
             let time = (0..600).map(|i| period_s * f64::from(i)).collect();
             let trial = Trial::new("log", time).unwrap();
             let throttle = (0..600).map(throttle).collect();
-            short_steps(&trial.with_channel("throttle", throttle).unwrap(), 0.8).unwrap()
+            unsettled(&trial.with_channel("throttle", throttle).unwrap(), 0.8).unwrap()
         };
         let steps = |of: u32| move |i: u32| f64::from((7 * (i / of)) % 11) / 11.0;
         // Ten rows at 20 Hz.
@@ -197,7 +224,15 @@ mod tests {
             assert!(rows(0.98 / f64::from(of), &steps(of)).is_some(), "{of}");
         }
         assert_eq!(rows(0.05, &|i| f64::from(i) / 600.0), None);
-        // A table of points that were measured twice.
-        assert_eq!(rows(0.1, &steps(2)), None);
+        // A table of points that were measured twice, a second apart, is at rest; at 10 Hz it is no table.
+        assert_eq!(rows(1.0, &steps(2)), None);
+        // Times have rounding errors.
+        let stays = |of: u32| rows(0.1, &steps(of)).unwrap();
+        assert!((stays(2) - 0.2).abs() < 1e-9);
+        // New in every row, a sine of 2 s, and a slow one.
+        assert!((stays(1) - 0.1).abs() < 1e-9);
+        let sine = |period_s: f64| move |i: u32| (0.1 * f64::from(i) / period_s * TAU).sin();
+        assert!(rows(0.1, &sine(2.0)).is_some());
+        assert_eq!(rows(0.1, &sine(20.0)), None);
     }
 }

@@ -59,14 +59,19 @@ pub(super) struct StandRecords {
 type FreeRunRows = (Vec<f64>, Vec<f64>, Vec<Option<usize>>);
 
 impl StandRecords {
-    /// The records of `trials`, without dead time. Regression takes the throttle for straight lines between its samples,
-    /// and so does a model that is not refined in free run.
-    pub(super) fn of(trials: &[Trial], settings: &IdentificationSettings) -> Result<Self> {
+    /// The records of `trials`, without dead time. What the throttle is between its samples, `seen` tells, or the samples do
+    /// where nothing was seen. Regression takes it for straight lines, and so does a model that is not refined in free run.
+    pub(super) fn of(
+        trials: &[Trial],
+        settings: &IdentificationSettings,
+        seen: Option<Between>,
+    ) -> Result<Self> {
         let records = unbroken(trials, settings)?;
         let lines = !settings.thrust.refine || settings.thrust.dead_time == DeadTime::Regression;
+        let by_samples = || Between::of(records.iter().map(|r| r.command.as_slice()));
         let between = match lines {
             true => Between::Linear,
-            false => Between::of(records.iter().map(|r| r.command.as_slice())),
+            false => seen.unwrap_or_else(by_samples),
         };
         Ok(Self {
             records,

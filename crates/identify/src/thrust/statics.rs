@@ -268,7 +268,7 @@ impl StaticMap {
         }
     }
 
-    /// Rows of short steps say why they lie off the curve, and nothing of the supply.
+    /// Rows that are not at rest say why they lie off the curve, and nothing of the supply.
     fn warnings(&self, unsettled: Option<Warning>) -> Vec<Warning> {
         let supply = unsettled.is_none().then(|| supply_limit(&self.points));
         unsettled
@@ -296,7 +296,7 @@ impl StaticMap {
     }
 }
 
-/// A warning of rows that count as steady points while the thrust still settles after steps.
+/// A warning of rows that count as steady points while the thrust still settles.
 fn unsettled(
     trials: &[Trial],
     settings: &IdentificationSettings,
@@ -305,7 +305,7 @@ fn unsettled(
     let settle_s = settings.thrust.settle_s;
     let timed = trials.iter().filter(|t| !map.by_plateau && !counts_rows(t));
     let held: Vec<Option<f64>> = timed
-        .map(|trial| plateau::short_steps(trial, settle_s))
+        .map(|trial| plateau::unsettled(trial, settle_s))
         .collect::<Result<_>>()?;
     let shortest_s = held.into_iter().flatten().min_by(f64::total_cmp);
     Ok(shortest_s.map(|held_s| Warning::UnsettledRows { held_s, settle_s }))

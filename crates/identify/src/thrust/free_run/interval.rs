@@ -18,7 +18,7 @@ use sindy::statistics::regression::{ClusterErrors, student_95};
 use sindy::{Gram, Library, Samples};
 
 use super::early::Early;
-use super::signal::Between;
+use super::signal::{Between, SMOOTH, bend};
 use super::solve::{Free, LONGEST_DEAD_TIME_S, Problem, SHORTEST_LAG_S, Solution};
 use crate::error::Result;
 use crate::estimate::Estimate;
@@ -188,13 +188,7 @@ impl Problem<'_> {
         let Some(high) = high.map(f64::exp) else {
             return Resolved::AtBound { value };
         };
-        // Held, a change anywhere within a period spreads the answer by the variance of that time, P²/12; straight lines
-        // between the samples of a smooth throttle by twice as much. A lag takes in half of that over its own size.
-        let spread = match self.between {
-            Between::Held => 0.5,
-            Between::Linear => 1.0,
-        };
-        let smear = spread * (self.period_s * UNIFORM_SD).powi(2) / value;
+        let smear = self.smear_s(value);
         let least = LEAST_PERIODS * self.period_s;
         match low.map(f64::exp) {
             Some(low) if low > least => {
@@ -204,6 +198,25 @@ impl Problem<'_> {
                 value,
                 bound: high.max(least),
             },
+        }
+    }
+
+    /// What a lag takes in of the time between samples (s).
+    ///
+    /// Held, a change anywhere within a period P spreads the answer by the variance of that time, `P²/12`, of which a lag τ takes
+    /// in `P²/(24 τ)`. Straight lines between the samples of a smooth throttle cut a share `(ω P)²/12` off its sine of frequency ω.
+    /// A lag loses as much by `(1 + (ω τ)²) P²/(12 τ)`.
+    fn smear_s(&self, lag_s: f64) -> f64 {
+        let of_period = (self.period_s * UNIFORM_SD).powi(2) / lag_s;
+        match self.between {
+            Between::Held => 0.5 * of_period,
+            Between::Linear => {
+                let throttles = self.records.iter().flat_map(|r| &r.motors);
+                let bend = bend(throttles.map(Vec::as_slice));
+                // What bends more is no smooth throttle, but steps whose times are not known.
+                let curved = if bend <= SMOOTH { bend } else { 0.0 };
+                of_period + UNIFORM_SD.powi(2) * curved * lag_s
+            }
         }
     }
 

@@ -9,6 +9,10 @@ const STILL: f64 = 0.5;
 /// Twice the value takes fine staircases for slopes.
 const JUMP: f64 = 0.05;
 
+/// Bend of a throttle (see [`bend`]) up to which it is smooth: a sine with six samples in its period. No straight lines show a
+/// faster one, and a random one that is new in every sample bends by 2 to 3.
+pub(super) const SMOOTH: f64 = 1.0;
+
 /// Twice the logarithm of a ratio of likelihoods that is very strong evidence (Kass & Raftery, "Bayes Factors", 1995): odds of 150 to
 /// 1. Chance does not reach it where commands change at samples.
 const VERY_STRONG: f64 = 10.0;
@@ -23,27 +27,45 @@ pub(crate) enum Between {
 }
 
 impl Between {
-    /// What the samples of throttles say.
-    pub(crate) fn of<'a>(throttles: impl IntoIterator<Item = &'a [f64]>) -> Self {
+    /// What the samples of throttles look like.
+    pub(crate) fn of<'a>(throttles: impl IntoIterator<Item = &'a [f64]> + Clone) -> Self {
         let (mut rows, mut sum, mut square) = (0.0, 0.0, 0.0);
         let (mut steps, mut jumps) = (0_usize, Vec::new());
-        for s in throttles {
+        for s in throttles.clone() {
             rows += s.len() as f64;
             sum += s.iter().sum::<f64>();
             square += s.iter().map(|v| v * v).sum::<f64>();
             steps += s.len().saturating_sub(1);
-            let changes = s.windows(2).map(|w| (w[1] - w[0]).abs());
-            jumps.extend(changes.filter(|c| *c > 0.0));
+            jumps.extend(changes(s).into_iter().map(f64::abs));
         }
         let sd = (square / rows - (sum / rows).powi(2)).max(0.0).sqrt();
         let still = 1.0 - jumps.len() as f64 / steps.max(1) as f64;
         let jump = crate::thrust::plateau::median(jumps.into_iter()).unwrap_or(0.0);
-        if still >= STILL && jump > JUMP * sd {
+        if still >= STILL && jump > JUMP * sd || bend(throttles) > SMOOTH {
             Self::Held
         } else {
             Self::Linear
         }
     }
+}
+
+/// Changes between samples, where there are any.
+fn changes(samples: &[f64]) -> Vec<f64> {
+    let all = samples.windows(2).map(|w| w[1] - w[0]);
+    all.filter(|c| *c != 0.0).collect()
+}
+
+/// How much throttles bend between samples: the mean square of the changes of their changes, over that of the changes. It is
+/// `(ω P)²` of a sine of angular frequency ω at a short sampling period P, and 3 of white noise.
+pub(crate) fn bend<'a>(throttles: impl IntoIterator<Item = &'a [f64]>) -> f64 {
+    let (mut square, mut bends) = (0.0, 0.0);
+    for s in throttles {
+        let changes = changes(s);
+        square += changes.iter().map(|c| c * c).sum::<f64>();
+        let pairs = changes.windows(2);
+        bends += pairs.map(|w| (w[1] - w[0]).powi(2)).sum::<f64>();
+    }
+    bends / square
 }
 
 impl Between {
@@ -199,6 +221,20 @@ mod tests {
         assert_eq!(Between::of([sine.as_slice()]), Between::Linear);
         let digits: Vec<f64> = (0..3000).map(|i| f64::from(i / 3)).collect();
         assert_eq!(Between::of([digits.as_slice()]), Between::Linear);
+        // New in every sample: squares modulo a prime are as good as random.
+        let random: Vec<f64> = (0..300_u32).map(|n| f64::from(n * n % 97) / 97.0).collect();
+        assert_eq!(Between::of([random.as_slice()]), Between::Held);
+    }
+
+    #[test]
+    fn analytic_bend_of_a_sine_and_of_a_ramp() {
+        // The changes of a sine are (ω P) cos: the mean square of their changes is 4 sin²(ω P/2) of theirs.
+        let sine: Vec<f64> = (0..6000).map(|i| (0.5 * f64::from(i)).sin()).collect();
+        let expected = 4.0 * 0.25_f64.sin().powi(2);
+        // The ends of 6000 samples.
+        assert!((bend([sine.as_slice()]) / expected - 1.0).abs() < 1e-3);
+        let ramp: Vec<f64> = (0..300).map(|i| f64::from(i / 3)).collect();
+        assert_eq!(bend([ramp.as_slice()]), 0.0);
     }
 
     #[test]
