@@ -129,6 +129,16 @@ pub enum LogError {
         /// One of its cells.
         example: String,
     },
+    /// A column with the name of a channel has no numbers.
+    #[error("{path}: expected numbers in the column {found:?}, found text such as {example:?}")]
+    TextChannel {
+        /// The file with the table.
+        path: String,
+        /// The column.
+        found: String,
+        /// One of its cells.
+        example: String,
+    },
     /// A foreign table without a map.
     #[error(
         "{path}: expected a column time_s or a map, found the columns {}; a map to start from:\n{}",
@@ -213,6 +223,7 @@ impl LogError {
             | Self::MapExpression { .. }
             | Self::UnknownColumn { .. }
             | Self::TextColumn { .. }
+            | Self::TextChannel { .. }
             | Self::NeedsMap { .. }
             | Self::Trial { .. } => ErrorKind::BadInput,
         }

@@ -39,7 +39,7 @@ fn analytic_columns_at_different_rates() {
     );
     assert_eq!(
         seen.suggested_map.unwrap(),
-        "schema = 1\n\n[channels]\ntime_s = '1e-3 * \"Time (ms)\"'\nthrust_n = '\"force (N)\"'\n# \"on\"\n# \"who\", text\n"
+        "schema = 1\n\n[channels]\ntime_s = '1e-3 * \"Time (ms)\"'\nthrust_n = '\"force (N)\"'\n# \"on\"\n# \"who\", text such as \"a\"\n"
     );
 }
 

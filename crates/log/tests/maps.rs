@@ -262,8 +262,53 @@ fn analytic_a_foreign_table_needs_a_map_and_gets_one_suggested() {
     assert_eq!(columns.len(), 4);
     assert_eq!(
         suggested,
-        "schema = 1\n\n[channels]\ntime_s = '\"Time (s)\"'\nthrottle = '(\"ESC signal (µs)\" - 1000) / 1000'\nrotor_rpm = '\"rpm\"'\n# \"note\", text\n"
+        "schema = 1\n\n[channels]\ntime_s = '\"Time (s)\"'\nthrottle = '(\"ESC signal (µs)\" - 1000) / 1000'\nrotor_rpm = '\"rpm\"'\n# \"note\", text such as \"a\"\n"
     );
     let (trial, _) = apply(&table, &parse(&suggested).unwrap()).unwrap();
     assert_eq!(trial.require("throttle").unwrap()[2], 1.0);
+}
+
+#[test]
+fn analytic_times_of_which_one_is_left_are_refused_as_such() {
+    let refused = |text: &str| {
+        let (table, _) = parse_csv("t.csv", text.as_bytes()).unwrap();
+        let error = apply(&table, &Map::identity_for(&table).unwrap()).unwrap_err();
+        error.to_string()
+    };
+    let text = refused("time_s,throttle\n1.0,0.1\n1.0,0.2\n1.0,0.3\n");
+    assert!(
+        text.contains("of 3 rows 2 repeat a stamp and 0 have"),
+        "{text}"
+    );
+    assert!(text.contains("count them by a map"), "{text}");
+    let text = refused("time_s,throttle\n3.0,0.1\n2.0,0.2\n1.0,0.3\n");
+    assert!(
+        text.contains("0 repeat a stamp and 2 have one before"),
+        "{text}"
+    );
+    assert!(text.ends_with("sort the rows by time"), "{text}");
+    // One row is a table of one point.
+    let (table, _) = parse_csv("t.csv", b"time_s,throttle\n1.0,0.1\n").unwrap();
+    assert!(apply(&table, &Map::identity_for(&table).unwrap()).is_ok());
+}
+
+#[test]
+fn analytic_steps_of_time_name_the_unit_that_makes_them_short() {
+    for (step, unit) in [
+        (20.0, "milliseconds"),
+        (1e4, "microseconds"),
+        (1e7, "nanoseconds"),
+    ] {
+        let rows: String = (0..50)
+            .map(|i| format!("{},0.5\n", step * f64::from(i)))
+            .collect();
+        let text = format!("time_s,throttle\n{rows}");
+        let (table, _) = parse_csv("t.csv", text.as_bytes()).unwrap();
+        let (_, findings) = apply(&table, &Map::identity_for(&table).unwrap()).unwrap();
+        let asked = format!("is it in {unit}?");
+        assert!(
+            findings.warnings.iter().any(|w| w.ends_with(&asked)),
+            "{findings:?}"
+        );
+    }
 }

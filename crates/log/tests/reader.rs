@@ -273,3 +273,51 @@ fn analytic_tables_without_a_header_and_with_blanks() {
     let what = "line 1 does not have a name for each column".to_owned();
     assert_eq!(warnings, [what, headless]);
 }
+
+#[test]
+fn analytic_a_row_of_units_may_have_a_one() {
+    let (table, findings) = read("time_s,throttle,thrust_n\ns,1,N\n0.0,0.5,3.0\n0.1,0.6,4.0\n");
+    assert_eq!(values(&table, "throttle"), [0.5, 0.6]);
+    assert_eq!(table.column("thrust_n").unwrap().unit(), Some("N"));
+    assert_eq!(table.column("throttle").unwrap().unit(), None);
+    assert!(!findings.is_lossy(), "{findings:?}");
+}
+
+#[test]
+fn analytic_a_channel_of_text_is_refused_with_one_of_its_cells() {
+    let refused = |text: &str| {
+        let error = Map::identity_for(&read(text).0).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::BadInput);
+        error.to_string()
+    };
+    for (text, column, example) in [
+        // Percent, units and decimal commas in cells.
+        (
+            "time_s,throttle\n0.0,76.4%\n0.1,80.0%\n",
+            "throttle",
+            "76.4%",
+        ),
+        ("time_s,thrust_n_2\n0.0,3 N\n0.1,4 N\n", "thrust_n_2", "3 N"),
+        (
+            "time_s,throttle\n\"0,5\",0.1\n\"0,6\",0.2\n",
+            "time_s",
+            "0,5",
+        ),
+        (
+            "time_s,throttle\n12:00:01.230,0.1\n12:00:01.240,0.2\n",
+            "time_s",
+            "12:00:01.230",
+        ),
+    ] {
+        let expected = format!(
+            "t.csv: expected numbers in the column {column:?}, found text such as {example:?}"
+        );
+        assert_eq!(refused(text), expected);
+    }
+    // Other text is passed over, and a map shows it.
+    let (table, _) = read("time_s,throttle,pilot\n0.0,0.5,Ada\n0.1,0.6,Ada\n");
+    assert!(Map::identity_for(&table).is_ok());
+    let (table, _) = read("t [s],thr,pilot\n0.0,0.5,Ada\n0.1,0.6,Ada\n");
+    let map = inspect(&table, None).suggested_map.unwrap();
+    assert!(map.contains("# \"pilot\", text such as \"Ada\"\n"), "{map}");
+}

@@ -163,6 +163,37 @@ fn xval_a_parquet_file() {
 }
 
 #[test]
+fn xval_decimal_fractions_of_a_parquet_file_are_numbers() {
+    // (i - 10)/8 with three digits after the point, from pyarrow's decimals of 4, 8 and 16 bytes.
+    let (table, _) = read_table(fixture("decimal.parquet")).unwrap();
+    for name in ["of_9", "of_18", "of_38"] {
+        let values = table.column(name).unwrap().values();
+        for (i, value) in values.iter().enumerate() {
+            match i % 7 {
+                0 => assert!(value.is_nan(), "{name}"),
+                // Eighths are exact in three digits and in binary.
+                _ => assert_eq!(*value, (i as f64 - 10.0) / 8.0, "{name}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn analytic_parquet_files_without_rows_or_of_another_compression_are_told_as_such() {
+    let told = |file: &str| read_table(fixture(file)).unwrap_err().to_string();
+    let text = told("no_rows.parquet");
+    assert!(
+        text.ends_with("no usable rows: the file has none"),
+        "{text}"
+    );
+    let text = told("brotli.parquet");
+    assert!(
+        text.contains("compressed by brotli, which is not read"),
+        "{text}"
+    );
+}
+
+#[test]
 fn prop_a_file_in_parts_is_told_as_its_table_is() {
     // Row groups of 300 and 700 rows.
     let path = fixture("table.parquet");

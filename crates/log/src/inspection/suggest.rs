@@ -63,9 +63,9 @@ pub(crate) fn map_text(
             continue;
         }
         let what = match (&column.text, column.count) {
-            (Some(_), _) => ", text",
-            (None, 0) => ", empty",
-            _ => "",
+            (Some(example), _) => format!(", text such as {example:?}"),
+            (None, 0) => ", empty".to_owned(),
+            _ => String::new(),
         };
         let why = why_not(column, guesses).map_or_else(String::new, |why| format!(": {why}"));
         let name = quoted(&column.name).replace(['\n', '\r'], " ");

@@ -80,6 +80,7 @@ pub(super) fn trial_of(
     let taken = rows_to_take(&time_s, keep, &mut findings);
 
     let path = file.path;
+    check_stamps(path, taken.as_deref(), &findings)?;
     let of_trial = |source| LogError::Trial {
         path: path.to_owned(),
         source,
@@ -166,6 +167,28 @@ fn rows_to_take(
     Some(kept.rows)
 }
 
+/// Refuses stamps of which but one can be used.
+fn check_stamps(path: &str, taken: Option<&[usize]>, findings: &Findings) -> Result<(), LogError> {
+    let (equal, before) = (findings.duplicate_stamps, findings.backward_stamps);
+    if taken.is_none_or(|rows| rows.len() != 1) || equal + before == 0 {
+        return Ok(());
+    }
+    let advice = match before > equal {
+        true => "sort the rows by time",
+        false => {
+            "if rows follow each other evenly, count them by a map: time_s = 'row * 0.01' for a period of 0.01 s"
+        }
+    };
+    Err(LogError::NoUsableRows {
+        path: path.to_owned(),
+        reason: format!(
+            "time_s: expected times that increase; of {} rows {equal} repeat a stamp and {before} have one before that of an earlier \
+             row, so that one row is left: {advice}",
+            findings.rows_read
+        ),
+    })
+}
+
 /// The parts of the trial inside the map's windows, in order of time and without overlap; `None` if
 /// the whole trial is used.
 fn windows(
@@ -248,6 +271,10 @@ fn warn_of_stamps(findings: &mut Findings) {
     }
 }
 
+/// Longest steps of two seconds in milliseconds and in microseconds.
+const MOST_MS: f64 = 2e3;
+const MOST_US: f64 = 2e6;
+
 /// Share of rows with equal stamps above which the clock is too coarse for the rows.
 const COARSE: f64 = 0.1;
 
@@ -279,8 +306,13 @@ fn warn_of_values(trial: &Trial, findings: &mut Findings) {
         .flatten()
         .filter(|&period_s| is_slow(period_s, stamps.len()))
     {
+        let unit = match period_s {
+            step if step < MOST_MS => "milliseconds",
+            step if step < MOST_US => "microseconds",
+            _ => "nanoseconds",
+        };
         findings.warnings.push(format!(
-            "time_s: the median step is {period_s} s; is it in milliseconds?"
+            "time_s: the median step is {period_s} s; is it in {unit}?"
         ));
     }
     for (name, values) in trial.channels() {

@@ -10,7 +10,7 @@ pub(crate) mod resolve;
 pub(crate) mod rows;
 mod source;
 
-use crate::{Column, LogError, Place, Table, inspect};
+use crate::{ColumnKind, LogError, Place, Table, inspect};
 pub use apply::apply;
 use serde::{Deserialize, Serialize};
 use sindy_expr::Expr;
@@ -198,9 +198,21 @@ impl Map {
     /// name, without conversion.
     ///
     /// # Errors
-    /// [`LogError::NeedsMap`] with a map to start from, if there is no column `time_s` of numbers.
+    /// [`LogError::NeedsMap`] with a map to start from, if there is no column `time_s`; [`LogError::TextChannel`] for a column
+    /// of text with the name of a known channel.
     pub fn identity_for(table: &Table) -> Result<Self, LogError> {
-        if table.column(TIME_CHANNEL).is_none_or(Column::is_text) {
+        for column in &table.columns {
+            if let (ColumnKind::Text { example }, true) =
+                (&column.kind, names::is_channel(&column.name))
+            {
+                return Err(LogError::TextChannel {
+                    path: table.path.clone(),
+                    found: column.name.clone(),
+                    example: example.clone(),
+                });
+            }
+        }
+        if table.column(TIME_CHANNEL).is_none() {
             return Err(LogError::NeedsMap {
                 path: table.path.clone(),
                 columns: table.names.clone(),

@@ -54,7 +54,7 @@ impl Map {
             let bare = without_numbers(channel);
             let near = nearest(&bare, CHANNELS);
             let is_slip = near.is_some_and(|near| unit_of(near) == unit_of(&bare));
-            !CHANNELS.contains(&&*bare) && (is_slip || unit_of(&bare) == Unit::Dimensionless)
+            !is_channel(channel) && (is_slip || unit_of(&bare) == Unit::Dimensionless)
         };
         let Some(rule) = self.channels.iter().find(|rule| is_wrong(&rule.channel)) else {
             return Ok(());
@@ -69,6 +69,11 @@ impl Map {
             found: format!("{:?}", rule.channel),
         })
     }
+}
+
+/// Whether a name is that of a channel that Touchdown knows, with or without the number of a motor.
+pub(super) fn is_channel(channel: &str) -> bool {
+    CHANNELS.contains(&&*without_numbers(channel))
 }
 
 /// A name without the numbers of motors: `rotor_rpm` for `rotor_rpm_3`, `height_m` for `height_2_m`.

@@ -7,6 +7,7 @@
 
 import json
 import math
+from decimal import Decimal
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -227,3 +228,15 @@ with open(Path(__file__).parent / "fields.tsv", "w") as out:
 repacked(HERE / "snappy.parquet", compression="snappy")
 # Pages of the second version: their levels are not packed. Those that packing does not shrink are plain.
 repacked(HERE / "zstd_v2.parquet", compression="zstd", data_page_version="2.0", data_page_size=1000)
+repacked(HERE / "brotli.parquet", compression="brotli")
+pq.write_table(pa.table({"time_s": pa.array([], pa.float64())}), HERE / "no_rows.parquet")
+# Decimal fractions in 4, 8 and 16 bytes, as databases and spreadsheets write them.
+numbers = [None if i % 7 == 0 else Decimal(i - 10) / 8 for i in range(20)]
+decimals = {
+    f"of_{digits}": pa.array(numbers, pa.decimal128(digits, 3)) for digits in [9, 18, 38]
+}
+pq.write_table(
+    pa.table({"time_s": [0.1 * i for i in range(20)], **decimals}),
+    HERE / "decimal.parquet",
+    store_decimal_as_integer=True,
+)

@@ -217,8 +217,9 @@ impl PartReader<'_> {
         for (column, cell) in self.columns.iter_mut().zip(&cells) {
             let kind = classify(cell, delimiter != b',');
             texts += usize::from(kind == Cell::Text);
-            // In a row of units, a column without a unit has a dash.
-            filled += usize::from(!cell.iter().all(|&byte| byte == b'-'));
+            // In a row of units, a column without a unit has a dash or a one.
+            let has_no_unit = cell.iter().all(|&byte| byte == b'-') || &**cell == b"1";
+            filled += usize::from(!has_no_unit);
             self.reading.comma_numbers += usize::from(matches!(kind, Cell::CommaNumber(_)));
             column.push(position, kind, cell);
         }

@@ -12,11 +12,16 @@ use parquet::schema::types::ColumnDescPtr;
 /// only speed.
 const BLOCK: usize = 8192;
 
+/// Most bytes of a decimal fraction: 38 digits, which is as much as other programs write.
+const DECIMAL_BYTES: usize = 16;
+
 /// Type of a column's values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Content {
     Number,
     Unsigned,
+    /// Decimal fractions: whole numbers of so many to one.
+    Decimal(f64),
     /// Time stamps, with so many units to the second.
     Stamp(f64),
     Text,
@@ -29,6 +34,10 @@ impl Content {
         match column.physical_type() {
             Type::BOOLEAN | Type::FLOAT | Type::DOUBLE => return Self::Number,
             Type::INT32 | Type::INT64 => {}
+            Type::FIXED_LEN_BYTE_ARRAY => {
+                let has_size = (1..=DECIMAL_BYTES as i32).contains(&column.type_length());
+                return decimal(column).filter(|_| has_size).unwrap_or(Self::Other);
+            }
             Type::BYTE_ARRAY => return Self::Text,
             _ => return Self::Other,
         }
@@ -37,21 +46,44 @@ impl Content {
             TimeUnit::MICROS => 1e6,
             TimeUnit::NANOS => 1e9,
         };
+        if let Some(decimal) = decimal(column) {
+            return decimal;
+        }
         use ConvertedType as Old;
         match (column.logical_type_ref(), column.converted_type()) {
             (Some(LogicalType::Timestamp(t) | LogicalType::Time(t)), _) => {
                 Self::Stamp(unit(&t.unit))
             }
             (Some(LogicalType::Integer(t)), _) if !t.is_signed => Self::Unsigned,
-            (Some(LogicalType::Decimal(_) | LogicalType::Date), _) => Self::Other,
+            (Some(LogicalType::Date), _) => Self::Other,
             (Some(_), _) => Self::Number,
             (_, Old::TIMESTAMP_MILLIS | Old::TIME_MILLIS) => Self::Stamp(1e3),
             (_, Old::TIMESTAMP_MICROS | Old::TIME_MICROS) => Self::Stamp(1e6),
             (_, Old::UINT_8 | Old::UINT_16 | Old::UINT_32 | Old::UINT_64) => Self::Unsigned,
-            (_, Old::DECIMAL | Old::DATE) => Self::Other,
+            (_, Old::DATE) => Self::Other,
             _ => Self::Number,
         }
     }
+}
+
+/// The content of a column of decimal fractions.
+fn decimal(column: &ColumnDescPtr) -> Option<Content> {
+    let is_new = matches!(column.logical_type_ref(), Some(LogicalType::Decimal(_)));
+    let is_decimal = is_new || column.converted_type() == ConvertedType::DECIMAL;
+    // Powers of ten of positive exponents to 22 are exact.
+    is_decimal.then(|| Content::Decimal(10_f64.powi(column.type_scale())))
+}
+
+/// The whole number in these bytes, the first of which is the highest and has the sign.
+fn whole_number(bytes: &[u8]) -> f64 {
+    let sign = match bytes.first() {
+        Some(first) if *first >= 0x80 => 0xff,
+        _ => 0,
+    };
+    let mut all = [sign; DECIMAL_BYTES];
+    let from = DECIMAL_BYTES.saturating_sub(bytes.len());
+    all[from..].copy_from_slice(&bytes[..DECIMAL_BYTES - from]);
+    i128::from_be_bytes(all) as f64
 }
 
 /// The reader of the values of a column in these pages.
@@ -75,6 +107,7 @@ pub(super) fn numbers(
         (Some(v), Content::Stamp(unit)) => v.wrapping_sub(*origin.get_or_insert(v)) as f64 / unit,
         (Some(v), Content::Unsigned) if narrow => f64::from(v as u32),
         (Some(v), Content::Unsigned) => v as u64 as f64,
+        (Some(v), Content::Decimal(one)) => v as f64 / one,
         (Some(v), _) => v as f64,
     };
     match reader {
@@ -93,6 +126,11 @@ pub(super) fn numbers(
         ColumnReader::DoubleColumnReader(r) => each(r, column, most, |v| {
             out.push(v.copied().unwrap_or(f64::NAN));
         }),
+        ColumnReader::FixedLenByteArrayColumnReader(r) if let Content::Decimal(one) = content => {
+            each(r, column, most, |v| {
+                out.push(v.map_or(f64::NAN, |v| whole_number(v.data()) / one));
+            })
+        }
         _ => Err(ParquetError::General("a column without numbers".to_owned())),
     }
 }

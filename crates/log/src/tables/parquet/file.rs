@@ -5,6 +5,7 @@ use super::decode::{Content, column_reader};
 use super::rows::{ParquetRows, ParquetValues};
 use super::sizes::unpacked;
 use crate::{LogError, limits};
+use parquet::basic::Compression;
 use parquet::column::page::PageReader;
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
@@ -91,7 +92,6 @@ impl ParquetColumn {
         most: u64,
     ) -> Result<Box<dyn PageReader>, ParquetError> {
         use super::packed::PackedPages;
-        use parquet::basic::Compression;
         match group.metadata().column(self.leaf).compression() {
             Compression::ZSTD(_) => PackedPages::of_column(file, group, self.leaf, most)
                 .map(|pages| Box::new(pages) as Box<dyn PageReader>),
@@ -125,6 +125,7 @@ impl ParquetFile {
         })?;
         let source = file.clone();
         let reader = SerializedFileReader::new(file).map_err(|error| broken(&name, &error))?;
+        check_compression(&name, &reader)?;
         let schema = reader.metadata().file_metadata().schema_descr();
         let of_limit = |excess| LogError::excess(&name, excess);
         limits::columns(schema.num_columns()).map_err(of_limit)?;
@@ -225,6 +226,29 @@ impl ParquetFile {
     /// The error of a file whose content contradicts its table of contents.
     pub(super) fn broken(&self, error: &ParquetError) -> LogError {
         broken(&self.path, error)
+    }
+}
+
+/// Refuses a file whose compression is not built in.
+fn check_compression(path: &str, reader: &SerializedFileReader<Bounded>) -> Result<(), LogError> {
+    let mut chunks = reader
+        .metadata()
+        .row_groups()
+        .iter()
+        .flat_map(|g| g.columns());
+    let unknown = chunks.find_map(|chunk| match chunk.compression() {
+        Compression::BROTLI(_) => Some("brotli"),
+        Compression::LZO => Some("LZO"),
+        _ => None,
+    });
+    match unknown {
+        None => Ok(()),
+        Some(name) => Err(LogError::NotALog {
+            path: path.to_owned(),
+            found: format!(
+                "a Parquet file compressed by {name}, which is not read: write it with snappy, gzip, zstd, lz4 or no compression"
+            ),
+        }),
     }
 }
 

@@ -96,6 +96,9 @@ pub(crate) fn each_group(
     file.check(&leaves)?;
     for group in 0..file.groups() {
         let stated = file.rows_of(group);
+        if stated == 0 {
+            continue;
+        }
         let rows = usize::try_from(stated).unwrap_or(0);
         // An impossible number of rows must not allocate memory, and does not count as lost rows.
         let is_borne_out = (findings.rows_used as u64).saturating_add(rows as u64) <= most_rows;
@@ -185,13 +188,13 @@ impl PartialColumn {
     /// The values of the present row group.
     fn take(&mut self) -> Column {
         let kind = match self.column.content {
-            Content::Number | Content::Unsigned => ColumnKind::Number,
+            Content::Number | Content::Unsigned | Content::Decimal(_) => ColumnKind::Number,
             Content::Stamp(_) => ColumnKind::Stamp,
             Content::Text => ColumnKind::Text {
                 example: self.example.clone().unwrap_or_default(),
             },
             Content::Other => ColumnKind::Text {
-                example: format!("{}", self.column.description.physical_type()),
+                example: self.column.type_name(),
             },
         };
         Column {

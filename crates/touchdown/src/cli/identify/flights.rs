@@ -48,21 +48,13 @@ pub(super) fn thrust_of_flight(
     Ok(log)
 }
 
-/// The refusal of a stand's table whose thrust is text, or has a name that is not ours: it is no flight, and needs a map.
+/// The refusal of a stand's table whose thrust has a name that is not ours: it is no flight, and needs a map.
 fn other_name(log: &Log, map: Option<&Map>) -> Option<Error> {
     let (seen, _) = match map {
         None => touchdown_log::inspect_file(&log.path).ok()?,
         Some(_) => return None,
     };
     let path = log.path.display();
-    let mut columns = seen.columns.iter();
-    if let Some(found) = columns.find(|column| column.name == "thrust_n")
-        && let Some(text) = &found.text
-    {
-        return Some(Error::Arguments(format!(
-            "{path}: expected numbers in the column \"thrust_n\", found text such as {text:?}"
-        )));
-    }
     let suggested = seen.suggested_map?;
     let find = |start: &str| suggested.lines().find(|line| line.starts_with(start));
     let Some(line) = find("thrust_n = ") else {
