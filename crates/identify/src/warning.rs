@@ -81,6 +81,20 @@ pub enum Warning {
         /// Time of the first (s).
         at_s: f64,
     },
+    /// A load cell stands at the end of its range; its rows are left out.
+    LoadCellSaturated {
+        /// Thrust at which it stands (N).
+        limit_n: f64,
+        /// How many rows.
+        rows: usize,
+    },
+    /// Thrust changes along a log at the same throttle.
+    ThrustDrifts {
+        /// Change from its start to its end, as a share of the thrust.
+        share: f64,
+        /// Duration of the log (s).
+        over_s: f64,
+    },
     /// A log repeats the thrust of a slower sensor.
     ThrustRepeats {
         /// Time between measurements (s).
@@ -279,6 +293,17 @@ impl fmt::Display for Warning {
             Self::ThrustSpikes { count, at_s } => write!(
                 f,
                 "{count} thrusts leap away and back faster than any rotor, the first at {at_s:.3} s: spikes of the load cell, left out"
+            ),
+            Self::LoadCellSaturated { limit_n, rows } => write!(
+                f,
+                "the thrust stands at {limit_n} N in {rows} rows: the load cell is at the end of its range. These rows are left out, and the \
+                 card ends at the throttle of that thrust"
+            ),
+            Self::ThrustDrifts { share, over_s } => write!(
+                f,
+                "at the same throttle the thrust changes by {:+.1} % in the {over_s:.0} s of a log: the load cell drifts, or the battery sags. Curve, \
+                 lag and dead time may lie outside their intervals. Set the load cell to zero before each run and check it after, log battery_v, or use a supply",
+                100.0 * share
             ),
             Self::ThrustRepeats { period_s } => write!(
                 f,

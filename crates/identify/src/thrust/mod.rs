@@ -2,6 +2,7 @@
 
 mod choice;
 mod credible;
+mod drift;
 mod first_order;
 mod follows;
 mod free_run;
@@ -13,6 +14,7 @@ pub mod plateau;
 mod record;
 mod repeats;
 mod rotor;
+mod saturated;
 mod search;
 mod sign;
 mod spikes;
@@ -28,6 +30,7 @@ use free_run::signal::{Between, lagged as lagged_signal, unfolded};
 use measured_rotors::MeasuredRotors;
 use output_error::{HELD, LagFit, LagForm};
 use repeats::measured_thrust;
+use saturated::without_saturated;
 use spikes::without_spikes;
 
 use std::ops::Range;
@@ -73,7 +76,8 @@ pub fn fit(
     }
     follows::check_changes(trials)?;
     let (cleaned, spikes) = without_spikes(trials)?;
-    let (measured, slow_sensor) = measured_thrust(cleaned)?;
+    let (mut measured, slow_sensor) = measured_thrust(cleaned)?;
+    let saturation = without_saturated(&mut measured)?;
     let trials = &measured[..];
     let (candidate, forms) = match settings.thrust.form {
         Some(form) => {
@@ -89,9 +93,13 @@ pub fn fit(
     let mut fitted = fit_form(trials, settings, candidate, origin)?;
     fitted.forms = forms;
     fitted.check_finite()?;
-    fitted
-        .warnings
-        .extend(follows::inverted(&fitted.card, trials));
+    if let Some(saturation) = saturation {
+        saturation.bound(&mut fitted.card, trials)?;
+        fitted.warnings.push(saturation.warning());
+    }
+    let found = follows::inverted(&fitted.card, trials);
+    let found = found.or_else(|| drift::of_thrust(&fitted.card, trials));
+    fitted.warnings.extend(found);
     let rotors = MeasuredRotors::of(trials, &settings.vehicle);
     fitted.card.measured_rotors = rotors.in_card(&settings.vehicle);
     if rotors == MeasuredRotors::OneAssumed {

@@ -1,0 +1,193 @@
+//! Thrust that changes along a log at the same throttle: a load cell that warms up, a battery that sags.
+
+use nalgebra::{DMatrix, DVector};
+use touchdown_model::Card;
+use touchdown_trial::Trial;
+
+use super::predict;
+use crate::warning::Warning;
+
+/// Parts of a log, whose measured thrusts are compared with the fitted ones. Fewer leave too few degrees of freedom, more are as
+/// short as the steps of throttle.
+const PARTS: usize = 20;
+/// Rows of a part at least: what varies from one to the next is not noise then.
+const PART_ROWS: usize = 10;
+/// Change of the thrust along a log that is told. A lag is outside of its interval from 2 % on where the frequency of the throttle
+/// rises along the log as well.
+const LEAST_CHANGE: f64 = 0.01;
+/// Least change over its standard error: with 15 degrees of freedom chance reaches it in a thousandth of the logs.
+const LEAST_T: f64 = 4.0;
+
+/// Share of the time's variance that thrust and its rise have to leave. They explain all of it where the throttle rises along the log,
+/// or once up and down; then a missed curve looks like drift.
+const LEAST_OWN: f64 = 0.5;
+
+/// A warning of the log whose thrust changes most surely, if one does.
+pub(super) fn of_thrust(card: &Card, trials: &[Trial]) -> Option<Warning> {
+    // In flight the weight is what the thrust has to be.
+    let of_stand = |t: &&Trial| t.channel("specific_force_mps2").is_none();
+    let found = trials.iter().filter(of_stand);
+    let found = found.filter_map(|trial| drift(&predict(card, trial).ok()?, trial));
+    let told = found.filter(|d| d.share.abs() > LEAST_CHANGE && d.t > LEAST_T);
+    let surest = told.max_by(|a, b| a.t.total_cmp(&b.t))?;
+    Some(Warning::ThrustDrifts {
+        share: surest.share,
+        over_s: surest.over_s,
+    })
+}
+
+/// A change of thrust along a log.
+struct ThrustDrift {
+    /// From its start to its end, as a share of the thrust.
+    share: f64,
+    /// Its duration (s).
+    over_s: f64,
+    /// The change over its standard error.
+    t: f64,
+}
+
+/// The change of measured over predicted thrust along a trial, beside what a wrong curve and hysteresis would explain:
+/// `Σ T / Σ T_p = a + b T_p + c T_p² + d ΔT_p + e t` over its parts.
+fn drift(predicted: &[f64], trial: &Trial) -> Option<ThrustDrift> {
+    let (time, thrust) = (trial.time_s(), trial.channel("thrust_n")?);
+    let rows: Vec<usize> = (0..trial.len())
+        .filter(|&i| thrust[i].is_finite() && predicted[i].is_finite())
+        .collect();
+    if rows.len() < PARTS * PART_ROWS {
+        return None;
+    }
+    let (from_s, to_s) = (time[rows[0]], time[rows[rows.len() - 1]]);
+    let parts: Vec<Part> = rows
+        .chunks(rows.len().div_ceil(PARTS))
+        .map(|part| {
+            let mean = |of: &dyn Fn(usize) -> f64| {
+                part.iter().map(|&i| of(i)).sum::<f64>() / part.len() as f64
+            };
+            let fitted_n = mean(&|i| predicted[i]);
+            Part {
+                at: (mean(&|i| time[i]) - from_s) / (to_s - from_s),
+                fitted_n,
+                rise_n: predicted[part[part.len() - 1]] - predicted[part[0]],
+                ratio: mean(&|i| thrust[i]) / fitted_n,
+            }
+        })
+        .collect();
+    let most_n = parts.iter().map(|p| p.fitted_n.abs()).fold(0.0, f64::max);
+    // Parts of little thrust tell more of the zero than of the scale.
+    let weights = parts.iter().map(|p| p.fitted_n / most_n);
+    let weights = DVector::from_iterator(parts.len(), weights);
+    let columns = DMatrix::from_fn(parts.len(), 5, |i, k| {
+        let (load, rise) = (parts[i].fitted_n / most_n, parts[i].rise_n / most_n);
+        weights[i] * [1.0, load, load * load, rise, parts[i].at][k]
+    });
+    let spare = parts
+        .len()
+        .checked_sub(columns.ncols())
+        .filter(|n| *n > 0)?;
+    let ratios = parts.iter().zip(&weights).map(|(p, w)| p.ratio * w);
+    let ratios = DVector::from_iterator(parts.len(), ratios);
+    let inverse = columns.tr_mul(&columns).try_inverse()?;
+    let last = columns.ncols() - 1;
+    // What the other columns leave of the time, over what a constant leaves.
+    let (first, time) = (columns.column(0), columns.column(last));
+    let centred = &time - &first * (first.dot(&time) / first.norm_squared());
+    let own = 1.0 / (inverse[(last, last)] * centred.norm_squared());
+    let fitted = &inverse * columns.tr_mul(&ratios);
+    let variance = (&ratios - &columns * &fitted).norm_squared() / spare as f64;
+    let error = (variance * inverse[(last, last)]).sqrt();
+    (own > LEAST_OWN).then(|| ThrustDrift {
+        share: fitted[last],
+        over_s: to_s - from_s,
+        t: fitted[last].abs() / error,
+    })
+}
+
+/// A part of a log.
+struct Part {
+    /// When, as a share of the log.
+    at: f64,
+    /// Mean of the fitted thrust (N).
+    fitted_n: f64,
+    /// How much the fitted thrust rises (N).
+    rise_n: f64,
+    /// Mean of the measured thrust over that.
+    ratio: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fitted::Origin;
+    use crate::settings::{IdentificationSettings, ThrustForm};
+    use crate::thrust::fit;
+
+    /// `(0.2 + 4 s - 0.5 s²)²` behind a lag of 0.06 s, in steps of a second, at 100 Hz, with noise of 0.02 N; what is measured at
+    /// a time of a thrust.
+    fn log(measured: impl Fn(f64, f64) -> f64) -> Trial {
+        let (mut throttle, mut thrust) = (Vec::new(), Vec::new());
+        let mut x = 2.0;
+        for i in 0..6000 {
+            let s = 0.25 + 0.06 * f64::from((7 * (i / 100)) % 11);
+            x += (0.2 + 4.0 * s - 0.5 * s * s - x) * (1.0 - (-0.01_f64 / 0.06).exp());
+            throttle.push(s);
+            // The sine is of no period of the steps.
+            let noise_n = 0.02 * (2.4 * f64::from(i * i % 1009)).sin();
+            thrust.push(measured(0.01 * f64::from(i), x * x) + noise_n);
+        }
+        let time = (0..6000).map(|i| 0.01 * f64::from(i)).collect();
+        let trial = Trial::new("t", time).unwrap();
+        let trial = trial.with_channel("throttle", throttle).unwrap();
+        trial.with_channel("thrust_n", thrust).unwrap()
+    }
+
+    fn share(trial: Trial, form: ThrustForm) -> Option<f64> {
+        let mut settings = IdentificationSettings::default();
+        settings.thrust.form = Some(form);
+        let fitted = fit(&[trial], &settings, &Origin::default()).unwrap();
+        fitted.warnings.iter().find_map(|w| match w {
+            Warning::ThrustDrifts { share, .. } => Some(*share),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn analytic_a_scale_that_drifts_is_told_in_every_form() {
+        for form in [
+            ThrustForm::FirstOrder,
+            ThrustForm::LaggedMotors,
+            ThrustForm::StaticSqrt,
+            ThrustForm::Library,
+        ] {
+            // A line through a curve and a static form under a lag misfit, but not along the log.
+            assert_eq!(share(log(|_, f| f), form), None, "{form:?}");
+            for change in [-0.1, -0.03, 0.03, 0.1] {
+                let drifting = log(|t, f| f * (1.0 + change * t / 60.0));
+                let found = share(drifting, form).unwrap();
+                // Relative to the fitted thrust, which is that of the middle.
+                let expected = change / (1.0 + 0.5 * change);
+                // A static form misses the transients, by a hundredth of the thrust of a part.
+                assert!(
+                    (found - expected).abs() < 0.2 * change.abs(),
+                    "{form:?}: {found}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn analytic_a_curve_that_is_missed_is_no_drift() {
+        // The throttle rises once along the log: what the curve misses changes along the log as well.
+        let (mut throttle, mut thrust) = (Vec::new(), Vec::new());
+        for i in 0..6000_u32 {
+            let s = 0.2 + 0.75 * f64::from(i) / 6000.0;
+            throttle.push(s);
+            let bent = 0.2 + 4.0 * s + 3.0 * (s - 0.5).powi(3);
+            thrust.push(bent * bent + 0.02 * (2.4 * f64::from(i * i % 1009)).sin());
+        }
+        let time = (0..6000).map(|i| 0.01 * f64::from(i)).collect();
+        let trial = Trial::new("t", time).unwrap();
+        let trial = trial.with_channel("throttle", throttle).unwrap();
+        let trial = trial.with_channel("thrust_n", thrust).unwrap();
+        assert_eq!(share(trial, ThrustForm::FirstOrder), None);
+    }
+}
