@@ -130,7 +130,9 @@ pub enum LogError {
         example: String,
     },
     /// A column with the name of a channel has no numbers.
-    #[error("{path}: expected numbers in the column {found:?}, found text such as {example:?}")]
+    #[error(
+        "{path}: expected numbers in the column {found:?}, found text such as {example:?}{why}"
+    )]
     TextChannel {
         /// The file with the table.
         path: String,
@@ -138,6 +140,8 @@ pub enum LogError {
         found: String,
         /// One of its cells.
         example: String,
+        /// What the reader says of the column, after a colon, or nothing.
+        why: String,
     },
     /// A foreign table without a map.
     #[error(

@@ -41,8 +41,21 @@ pub fn read_trial(
         };
     }
     let (table, read) = read_table(path)?;
-    let (trial, applied) = apply(&table, &Map::identity_for(&table)?)?;
+    let map = Map::identity_for(&table).map_err(|error| explained(error, &read))?;
+    let (trial, applied) = apply(&table, &map)?;
     Ok((trial, read.then(applied)))
+}
+
+/// The refusal of a column of text with what the reader says of it.
+fn explained(mut error: LogError, read: &Findings) -> LogError {
+    if let LogError::TextChannel { found, why, .. } = &mut error {
+        let said = read
+            .warnings
+            .iter()
+            .find(|w| w.contains(&format!("{found:?}")));
+        *why = said.map_or_else(String::new, |said| format!(": {said}"));
+    }
+    error
 }
 
 /// What is in a table's file, and its trial by a map, in one pass: only the channels are held.

@@ -35,9 +35,9 @@ const HOVER_NEAR_RADII: f64 = 3.0;
 /// Two hovers this far apart are at different heights (R).
 /// The effect changes by a fifth over it. Half takes two readings of one hover for a slope.
 const APART_RADII: f64 = 0.3;
-/// Exponent of thrust by throttle where nothing else is known: between that of a linear command and that of rotor speed.
-/// Two standard deviations reach from 0.9 (thrust commands) to 2.1 (speed commands).
-const EXPONENT: [f64; 2] = [1.5, 0.3];
+/// Exponent of thrust by throttle where nothing else is known: about that of rotor speed, 2.
+/// Two standard deviations reach from 0.9 (thrust commands) to 2.9 (speed commands above a dead zone of 0.15, in hover at 0.5).
+const EXPONENT: [f64; 2] = [1.9, 0.5];
 /// Standard deviation of an exponent that is known.
 /// Small against everything else, yet not singular.
 const KNOWN: f64 = 1e-3;
@@ -256,7 +256,7 @@ fn check(
     ))
 }
 
-/// Resampled hovers, and the exponent within what is known of it; each draw is fitted. From three flights on, resampled flights
+/// Resampled hovers, and the exponent and the zero of heights within what is known of them; each draw is fitted. From three flights on, resampled flights
 /// beside them tell how much flights differ beyond their hovers.
 fn spread(
     found: &Fit,
@@ -288,9 +288,11 @@ fn spread(
     let of_flights = (flights.len() >= FEWEST).then(|| {
         refitted(&|random| {
             let chosen = (0..flights.len()).map(|_| flights[below(random, flights.len())]);
-            chosen
+            let mut chosen: Vec<Segment> = chosen
                 .flat_map(|f| pieces.iter().filter(move |p| p.flight == f).cloned())
-                .collect()
+                .collect();
+            chosen.iter_mut().for_each(|p| shift(p, random));
+            chosen
         })
     });
     Resampling::of_hovers(count, of_hovers, flights.len(), of_flights)
@@ -302,14 +304,26 @@ fn drawn(piece: &Segment, random: &mut Pcg64) -> Segment {
     let mut rows: Vec<usize> = (0..n).map(|_| below(random, n)).collect();
     rows.sort_unstable();
     let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
-    Segment {
+    let mut out = Segment {
         time_s: pick(&piece.time_s),
         throttle: pick(&piece.throttle),
         height: pick(&piece.height),
         drift: piece.drift.pick(&rows),
         force: pick(&piece.force),
         ..piece.clone()
-    }
+    };
+    shift(&mut out, random);
+    out
+}
+
+/// Draws the zero of an armed interval's heights. A fit puts it where its prior is, for hovers tell a common error of all heights
+/// from another curve hardly at all.
+fn shift(piece: &mut Segment, random: &mut Pcg64) {
+    let white: f64 = StandardNormal.sample(random);
+    piece
+        .height
+        .iter_mut()
+        .for_each(|z| *z += piece.bias_sd * white);
 }
 
 /// What hovers do not identify.

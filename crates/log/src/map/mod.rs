@@ -209,6 +209,7 @@ impl Map {
                     path: table.path.clone(),
                     found: column.name.clone(),
                     example: example.clone(),
+                    why: String::new(),
                 });
             }
         }
