@@ -125,7 +125,7 @@ fn prop_overlapping_discs_and_points_without_lift_are_told() {
         panic!("expected one warning");
     };
     assert!(
-        told.contains("1 of 2 points") && told.contains("the least 1.10 times"),
+        told.contains("1 of 2 points") && told.contains("the least 1.099 times"),
         "{told}"
     );
     // In whatever block the mass, or the truth's share of the thrust, is stated: 1.523/1.25 is 1.22.

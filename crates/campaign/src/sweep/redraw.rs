@@ -127,13 +127,13 @@ impl Sweep {
         let least = low.iter().copied().reduce(f64::min)?;
         Some(if self.sweeps_lift() {
             format!(
-                "{} of {} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.2} times",
+                "{} of {} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.3} times",
                 low.len(),
                 self.points()
             )
         } else {
             format!(
-                "the vehicle has a greatest thrust of {least:.2} times its weight; expected at least {LEAST_THRUST_TO_WEIGHT}"
+                "the vehicle has a greatest thrust of {least:.3} times its weight; expected at least {LEAST_THRUST_TO_WEIGHT}"
             )
         })
     }

@@ -170,10 +170,8 @@ fn motors(
     }
     scenario.plant.motor = fit.motor;
     Ok(Some(format!(
-        "simulated motors: those of card `{}` within {:.1} % of thrust over throttle {:.2} to {:.2}",
+        "simulated motors: those of card `{}` {}",
         card.name,
-        100.0 * fit.worst,
-        fit.throttles[0],
-        fit.throttles[1]
+        fit.text()
     )))
 }

@@ -165,14 +165,7 @@ fn description(
     );
     let motors = fit.map_or_else(
         || "motors as the default one's".to_string(),
-        |fit| {
-            format!(
-                "motors of card `{card}` within {:.1} % of thrust over throttle {:.2} to {:.2}",
-                100.0 * fit.worst,
-                fit.throttles[0],
-                fit.throttles[1]
-            )
-        },
+        |fit| format!("motors of card `{card}` {}", fit.text()),
     );
     format!(
         "simulated vehicle: {} kg, rotor radius {:.4} m (the default one, {} kg and {} m, in proportion); {motors}; ground effect \
