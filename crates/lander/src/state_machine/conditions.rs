@@ -168,7 +168,7 @@ impl<R: Real> StateMachine<R> {
             && seen.relative_velocity_mps.abs() <= r::<R>(2.0) * self.touchdown_speed_mps
             && seen.lateral_speed_mps.is_finite();
         let idle = seen.thrust_share <= self.idle_thrust_share;
-        let carried = idle && seen.load_factor >= self.supported_load_factor;
+        let carried = idle && seen.load_factor >= self.carried_load_factor(seen);
         let felt = self.is_down(seen) && (carried || seen.contact == Some(true));
         let held = carried && seen.in_calm() && blind.is_none() && self.as_low(seen, r(HELD_M));
         Conditions {
@@ -226,6 +226,16 @@ impl<R: Real> StateMachine<R> {
     /// Whether the rotors may stop: a vehicle that leans on one foot would fall onto the others.
     fn is_down(&self, seen: &MachineInput<R>) -> bool {
         seen.foot_drop_m <= self.leaning_m || seen.thrust_share <= r(ALMOST_OFF)
+    }
+
+    /// Load factor from which on something else than the rotors carries the vehicle. Rotors that hardly turn leave it less to tell from: a
+    /// shaking deck carries a standing vehicle now more, now less.
+    fn carried_load_factor(&self, seen: &MachineInput<R>) -> R {
+        if seen.thrust_share <= r(ALMOST_OFF) {
+            self.supported_load_factor - self.idle_thrust_share + seen.thrust_share
+        } else {
+            self.supported_load_factor
+        }
     }
 
     /// Height of the hover over this deck, m.

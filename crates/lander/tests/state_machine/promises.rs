@@ -31,8 +31,14 @@ fn is_evidence(state_machine: &StateMachine<f64>, s: &MachineInput<f64>) -> bool
         && s.height_m <= state_machine.touchdown_height_m
         && s.relative_velocity_mps.abs() <= state_machine.touchdown_speed_mps
         && s.lateral_speed_mps.abs() <= state_machine.touchdown_lateral_mps;
-    let carried = s.thrust_share <= state_machine.idle_thrust_share
-        && s.load_factor >= state_machine.supported_load_factor;
+    let carried = match s.thrust_share {
+        // Rotors that hardly turn: all beyond their thrust and a fifth of the weight.
+        share if share <= 0.1 => s.load_factor - share >= 0.2 - 1e-12,
+        share => {
+            share <= state_machine.idle_thrust_share
+                && s.load_factor >= state_machine.supported_load_factor
+        }
+    };
     near && match s.contact {
         Some(contact) => contact,
         None => carried,

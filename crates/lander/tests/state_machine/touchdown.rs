@@ -1,9 +1,11 @@
 //! Rows of the table for a vehicle on the deck.
 
+use std::f64::consts::TAU;
+
 use touchdown_lander::state_machine::{MachineInput, OperatorRequest, Phase, Reason};
 
 use crate::table::{leave, reach};
-use crate::world::{DT, STANDING_M, World};
+use crate::world::{DT, Flight, STANDING_M, World};
 
 #[test]
 fn analytic_what_ends_a_touchdown() {
@@ -78,6 +80,28 @@ fn analytic_who_leans_on_one_foot_is_not_down() {
         let (out, after) = leave(flight, Phase::Touchdown, leaning(drop_m, thrust_share));
         assert_eq!(out.phase, Phase::Disarmed);
         assert!((after - 0.2 - DT).abs() < 1.5 * DT, "{after}");
+    }
+}
+
+#[test]
+fn analytic_a_deck_that_shakes_carries_a_vehicle_that_stands() {
+    // Almost no thrust, and a load that goes up and down with the deck at 12 Hz.
+    let shaking = |flight: &mut Flight, thrust_share: f64, least_load: f64| {
+        (0..100).find_map(|i| {
+            let share = (TAU * 12.0 * DT * f64::from(i)).sin();
+            let out = flight.step(|s| {
+                s.thrust_share = thrust_share;
+                s.load_factor = 1.0 + (1.0 - least_load) * share;
+            });
+            (out.phase == Phase::Disarmed).then_some(f64::from(i) * DT)
+        })
+    };
+    let after = shaking(&mut reach(Phase::Touchdown), 0.04, 0.3).unwrap();
+    assert!((after - 0.2 - DT).abs() < 1.5 * DT, "{after}");
+    // More thrust may carry more itself, and a load below a fifth of the weight beyond it is that of a fall.
+    for (thrust_share, least_load) in [(0.15, 0.3), (0.04, 0.2)] {
+        let mut flight = reach(Phase::Touchdown);
+        assert_eq!(shaking(&mut flight, thrust_share, least_load), None);
     }
 }
 
