@@ -63,10 +63,13 @@ impl Flight<'_> {
         if ended.is_some() {
             return ended;
         }
-        if let Some(stopped) = self.stopped
-            && step - stopped >= steps(scenario.watch_s) as u64
-        {
-            return Some(self.touching.settled(self.landing.descents));
+        let settled = self.stopped.and_then(|stopped| {
+            let (since, watch) = (step - stopped, steps(scenario.watch_s) as u64);
+            let attempts = self.landing.descents;
+            self.touching.settled(attempts, since, watch)
+        });
+        if settled.is_some() {
+            return settled;
         }
         if let Some((gave_up, reason)) = self.gave_up
             && step - gave_up >= steps(GIVEN_UP_S) as u64

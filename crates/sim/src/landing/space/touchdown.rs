@@ -90,15 +90,18 @@ impl TouchdownJudge {
         None
     }
 
-    /// The outcome of a landing, some time after its rotors have stopped.
-    pub(super) fn settled(&self, attempts: u32) -> SpaceOutcome {
-        if self.log.feet_down >= 3 {
-            SpaceOutcome::Landed { attempts }
-        } else {
-            SpaceOutcome::Crashed {
-                cause: CrashCause::StoppedInAir,
-            }
+    /// The outcome of a landing whose rotors stopped `since` steps ago, once it has been watched for `watch` steps. A deck that
+    /// drops away from a vehicle at rest unloads its feet for a moment, so it is watched as long again for three of them.
+    pub(super) fn settled(&self, attempts: u32, since: u64, watch: u64) -> Option<SpaceOutcome> {
+        if since < watch {
+            return None;
         }
+        if self.log.feet_down >= 3 {
+            return Some(SpaceOutcome::Landed { attempts });
+        }
+        (since >= 2 * watch).then_some(SpaceOutcome::Crashed {
+            cause: CrashCause::StoppedInAir,
+        })
     }
 
     /// Writes outcome, times and impact into a landing.
@@ -202,9 +205,13 @@ mod tests {
         assert_eq!(said(0, below), crashed(CrashCause::Missed));
         let mut touching = TouchdownJudge::default();
         touching.log.feet_down = 2;
-        assert_eq!(Some(touching.settled(2)), crashed(CrashCause::StoppedInAir));
+        assert_eq!(touching.settled(2, 399, 200), None);
+        let in_air = crashed(CrashCause::StoppedInAir);
+        assert_eq!(touching.settled(2, 400, 200), in_air);
         touching.log.feet_down = 3;
-        assert_eq!(touching.settled(2), SpaceOutcome::Landed { attempts: 2 });
+        let landed = Some(SpaceOutcome::Landed { attempts: 2 });
+        assert_eq!(touching.settled(2, 199, 200), None);
+        assert_eq!(touching.settled(2, 200, 200), landed);
     }
 
     #[test]

@@ -133,10 +133,11 @@ impl LaneFlight {
         {
             return Some(outcome);
         }
-        if let Some(stopped) = self.stopped
-            && since - stopped >= batch.steps.watch
-        {
-            return Some(self.touching.settled(1));
+        let settled = self
+            .stopped
+            .and_then(|stopped| self.touching.settled(1, since - stopped, batch.steps.watch));
+        if settled.is_some() {
+            return settled;
         }
         (since >= batch.steps.timeout).then_some(SpaceOutcome::TimedOut)
     }
