@@ -1,5 +1,11 @@
 //! Short names of the keys that a grid varies.
 
+use std::collections::BTreeMap;
+
+use toml::Value;
+
+use super::row::text;
+
 /// The names of dotted keys in labels: of each as many of its last parts as tell it from the others. A place in a list, or an axis,
 /// stands with what it is in.
 pub(super) fn names<'a>(keys: &[&'a str]) -> Vec<&'a str> {
@@ -30,6 +36,78 @@ fn named(key: &str, longer_than: usize) -> &str {
         !place(first) && !["x", "y", "z"].contains(&first)
     });
     found.unwrap_or(key)
+}
+
+/// Characters of a value in a label, at most.
+const LONGEST: usize = 60;
+
+/// A value of a key in a label, told from all that the key has: as it is, or where it is long, what differs in it.
+pub(super) fn shown(value: &Value, all: &[Value]) -> String {
+    let short = |value: &Value| {
+        let whole = text(value);
+        if whole.chars().count() <= LONGEST {
+            return whole;
+        }
+        let mine = leaves(value);
+        let others: Vec<_> = all.iter().map(leaves).collect();
+        let varies = |path: &&String| {
+            others
+                .iter()
+                .any(|other| other.get(*path) != mine.get(*path))
+        };
+        let paths: Vec<&str> = mine.keys().filter(varies).map(String::as_str).collect();
+        let named = names(&paths).into_iter().zip(&paths);
+        let parts: Vec<String> = named
+            .map(|(name, path)| format!("{name} {}", mine[*path]).trim().to_owned())
+            .collect();
+        cut(&if parts.is_empty() {
+            whole
+        } else {
+            parts.join(" ")
+        })
+    };
+    let mine = short(value);
+    let same = all.iter().filter(|other| short(other) == mine).count();
+    match all.iter().position(|other| other == value) {
+        Some(place) if same > 1 => format!("{mine} ({} of {})", place + 1, all.len()),
+        _ => mine,
+    }
+}
+
+/// The end of a long text: paths of files begin alike.
+fn cut(text: &str) -> String {
+    let count = text.chars().count();
+    if count <= LONGEST {
+        return text.to_owned();
+    }
+    let end: String = text.chars().skip(count + 1 - LONGEST).collect();
+    format!("…{end}")
+}
+
+/// The numbers and texts in a value, by their dotted paths.
+fn leaves(value: &Value) -> BTreeMap<String, String> {
+    fn add(value: &Value, path: String, out: &mut BTreeMap<String, String>) {
+        let below = |key: &str| match path.is_empty() {
+            true => key.to_owned(),
+            false => format!("{path}.{key}"),
+        };
+        match value {
+            Value::Table(table) => {
+                let parts = table.iter();
+                parts.for_each(|(key, value)| add(value, below(key), out));
+            }
+            Value::Array(list) => {
+                let parts = list.iter().enumerate();
+                parts.for_each(|(i, value)| add(value, below(&i.to_string()), out));
+            }
+            leaf => {
+                out.insert(path, text(leaf));
+            }
+        }
+    }
+    let mut out = BTreeMap::new();
+    add(value, String::new(), &mut out);
+    out
 }
 
 #[cfg(test)]
@@ -63,5 +141,51 @@ mod tests {
             names(&["watch_s", "control.watch_s"]),
             ["watch_s", "control.watch_s"]
         );
+    }
+
+    #[test]
+    fn analytic_long_values_are_shown_by_what_differs_in_them() {
+        let of = |texts: &[&str]| -> Vec<String> {
+            let all: Vec<Value> = texts
+                .iter()
+                .map(|text| {
+                    toml::from_str::<toml::Table>(&format!("v = {text}")).unwrap()["v"].clone()
+                })
+                .collect();
+            all.iter().map(|value| shown(value, &all)).collect()
+        };
+        assert_eq!(of(&["1.5", "\"up\""]), ["1.5", "up"]);
+        let gust = |speed: &str| {
+            format!(
+                "{{ from_s = 1.5, rise_s = 0.3, hold_s = 1.0, fall_s = 0.3, velocity_mps = [0.0, 0.0, {speed}] }}"
+            )
+        };
+        let gusts = of(&[&gust("-6.0"), &gust("5.0")]);
+        assert_eq!(gusts, ["velocity_mps.2 -6.0", "velocity_mps.2 5.0"]);
+        let tone = |amplitude: &str, hz: &str| {
+            format!(
+                "[{{ axis = \"heave\", amplitude = {amplitude}, frequency_hz = {hz}, phase_rad = 0.0 }}]"
+            )
+        };
+        let tones = of(&[
+            &tone("0.001", "6.0"),
+            &tone("0.001", "9.0"),
+            &tone("0.002", "9.0"),
+        ]);
+        assert_eq!(tones[0], "amplitude 0.001 frequency_hz 6.0");
+        assert_eq!(tones[2], "amplitude 0.002 frequency_hz 9.0");
+        // Paths differ in their ends, and what is cut alike has a number.
+        let file =
+            |name: &str| format!("\"{}/{name}.csv\"", "measured/decks/of/a/voyage".repeat(3));
+        let files = of(&[&file("calm"), &file("rough")]);
+        assert!(
+            files[0].starts_with('…') && files[0].ends_with("/calm.csv"),
+            "{}",
+            files[0]
+        );
+        assert_eq!(files[0].chars().count(), LONGEST);
+        let end = "x".repeat(LONGEST);
+        let alike = of(&[&format!("\"a{end}\""), &format!("\"b{end}\"")]);
+        assert!(alike[0].ends_with("(1 of 2)") && alike[1].ends_with("(2 of 2)"));
     }
 }

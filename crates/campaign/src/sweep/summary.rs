@@ -6,10 +6,10 @@ use serde::Serialize;
 use touchdown_flight::thrust::LEAST_THRUST_TO_WEIGHT;
 use touchdown_sim::landing::space::CrashSettings;
 
-use super::names::names;
+use super::names::{names, shown};
 use super::points::Sweep;
 use super::policy::{CONTROLLER, is_policy};
-use super::row::{LandingRow, text};
+use super::row::LandingRow;
 use super::software_in_the_loop::AutopilotProgram;
 use crate::error::Result;
 use crate::policy::POLICY;
@@ -287,15 +287,12 @@ fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
         .iter()
         .zip(sweep.grid())
         .filter(|(_, (_, all))| all.len() > 1);
-    let varied: Vec<(&str, &toml::Value)> = varied.map(|(value, _)| *value).collect();
-    let keys: Vec<&str> = varied.iter().map(|(key, _)| *key).collect();
+    let varied: Vec<_> = varied.collect();
+    let keys: Vec<&str> = varied.iter().map(|((key, _), _)| *key).collect();
     let words: Vec<String> = names(&keys)
         .into_iter()
         .zip(&varied)
-        .map(|(name, (_, value))| {
-            let shown: String = text(value).chars().take(40).collect();
-            format!("{name} {shown}")
-        })
+        .map(|(name, ((_, value), (_, all)))| format!("{name} {}", shown(value, all)))
         .collect();
     Ok(PointOf {
         point,

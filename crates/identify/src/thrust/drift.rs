@@ -90,7 +90,8 @@ fn drift(predicted: &[f64], trial: &Trial) -> Option<ThrustDrift> {
     let last = columns.ncols() - 1;
     // What the other columns leave of the time, over what a constant leaves.
     let (first, time) = (columns.column(0), columns.column(last));
-    let centred = &time - &first * (first.dot(&time) / first.norm_squared());
+    let along = first.dot(&time) / first.norm_squared();
+    let centred = time - first * along;
     let own = 1.0 / (inverse[(last, last)] * centred.norm_squared());
     let fitted = &inverse * columns.tr_mul(&ratios);
     let variance = (&ratios - &columns * &fitted).norm_squared() / spare as f64;

@@ -9,6 +9,7 @@ use parquet::basic::Compression;
 use parquet::column::page::PageReader;
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
+use parquet::file::metadata::RowGroupMetaData;
 use parquet::file::reader::{FileReader, Length as _, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
 use std::fs::File;
@@ -235,7 +236,7 @@ fn check_compression(path: &str, reader: &SerializedFileReader<Bounded>) -> Resu
         .metadata()
         .row_groups()
         .iter()
-        .flat_map(|g| g.columns());
+        .flat_map(RowGroupMetaData::columns);
     let unknown = chunks.find_map(|chunk| match chunk.compression() {
         Compression::BROTLI(_) => Some("brotli"),
         Compression::LZO => Some("LZO"),

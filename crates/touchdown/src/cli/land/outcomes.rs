@@ -39,16 +39,19 @@ pub(super) fn vertical(methods: &[MethodLandings]) -> String {
     out
 }
 
-/// Why no landing of a method landed, if none did.
-pub(super) fn why_none_landed(m: &MethodLandings) -> Option<String> {
-    if m.figures.landed > 0 {
-        return None;
-    }
+/// Why landings of a method did not land, if some did not.
+pub(super) fn why_not_landed(m: &MethodLandings) -> Option<String> {
+    let (all, landed) = (m.figures.trials, m.figures.landed);
+    let by = m.method.name();
+    let what = match all - landed {
+        0 => return None,
+        missing if landed > 0 => format!("{missing} of {all} landings by {by} did not land"),
+        _ => format!("none of {all} landings by {by} landed"),
+    };
+    let others = m.landings.iter().filter(|l| l.outcome != Outcome::Landed);
     Some(format!(
-        "none of {} landings by {} landed: {}{}",
-        m.figures.trials,
-        m.method.name(),
-        counted(m.landings.iter().map(reason_of_vertical)),
+        "{what}: {}{}",
+        counted(others.map(reason_of_vertical)),
         at_timeout(&m.landings)
     ))
 }

@@ -116,7 +116,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     };
     output::results(&args.out, &results)?;
     let mut lines: Vec<String> = methods.iter().map(line).collect();
-    lines.extend(methods.iter().filter_map(outcomes::why_none_landed));
+    lines.extend(methods.iter().filter_map(outcomes::why_not_landed));
     context.reported(&lines.join("\n"), &args.out, &results);
     Ok(Done::Whole)
 }
