@@ -341,7 +341,10 @@ fn leaves([lo, hi]: [f64; 2], name: &str, values: &[f64]) -> Vec<String> {
     if low >= lo - slack && high <= hi + slack {
         return Vec::new();
     }
+    // As many digits as the slack has.
+    let digits = (-slack.log10()).ceil().clamp(3.0, 9.0) as usize;
+    let [low, high, lo, hi] = [low, high, lo, hi].map(|v| format!("{v:.digits$}"));
     vec![format!(
-        "{name} of {low:.3} to {high:.3} is outside the card's validity box of {lo:.3} to {hi:.3}"
+        "{name} of {low} to {high} is outside the card's validity box of {lo} to {hi}"
     )]
 }

@@ -188,6 +188,19 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
         .collect()
 }
 
+/// The names of files by their paths: the last part, or the path where another file is called so.
+pub(crate) fn names_of(paths: BTreeSet<String>) -> impl Fn(&str) -> String {
+    move |path| {
+        let name = file_name(Path::new(path));
+        let alike = paths.iter().filter(|p| file_name(Path::new(p)) == name);
+        if alike.count() > 1 {
+            path.to_owned()
+        } else {
+            name
+        }
+    }
+}
+
 /// The last part of a path.
 pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(
@@ -199,6 +212,14 @@ pub(crate) fn file_name(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn analytic_files_of_one_name_are_told_by_their_paths() {
+        let paths = ["a/x.toml", "b/x.toml", "a/y.toml"].map(str::to_owned);
+        let name = names_of(paths.into());
+        let named = ["a/x.toml", "b/x.toml", "a/y.toml"].map(name);
+        assert_eq!(named, ["a/x.toml", "b/x.toml", "y.toml"]);
+    }
 
     #[test]
     fn analytic_names_are_unique() {

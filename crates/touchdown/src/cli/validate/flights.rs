@@ -1,7 +1,5 @@
 //! Cards on the logs of flights: what is held, and the factors of each armed interval.
 
-use std::path::Path;
-
 use touchdown::Result;
 use touchdown_identify::flights::FlightSettings;
 use touchdown_identify::flights::judge::{FlightCards, Held};
@@ -12,7 +10,6 @@ use touchdown_trial::Trial;
 
 use super::Results;
 use crate::cli::args::identify::ValidateArgs;
-use crate::cli::identify::load;
 
 /// The columns of [`factors`].
 pub(super) const HEADER: [&str; 8] = [
@@ -75,7 +72,7 @@ impl Flights {
 
 /// Scale and height offset of every armed interval, a row each.
 pub(super) fn factors(results: &Results<'_>) -> Vec<Vec<String>> {
-    let name = |path: &str| load::file_name(Path::new(path));
+    let [card, log] = super::names_in_tables(results);
     let held = |text: String, held: bool| if held { format!("{text} (held)") } else { text };
     let of_row = |r: &super::Row| -> Vec<Vec<String>> {
         let of = |i: &touchdown_identify::flights::judge::IntervalFactors| {
@@ -84,8 +81,8 @@ pub(super) fn factors(results: &Results<'_>) -> Vec<Vec<String>> {
                 |m| held(format!("{m:+.4}"), i.height_offset_is_held),
             );
             vec![
-                name(&r.card),
-                name(&r.log),
+                card(&r.card),
+                log(&r.log),
                 i.number.to_string(),
                 format!("{:.1}", i.time_s[0]),
                 format!("{:.1}", i.time_s[1]),

@@ -278,6 +278,15 @@ fn pool(cards: &[CardFile], rows: &[Row]) -> Vec<Pooled> {
         .collect()
 }
 
+/// The names of the cards and of the logs in tables.
+fn names_in_tables(results: &Results<'_>) -> [impl Fn(&str) -> String + use<>; 2] {
+    let of = |path: fn(&Row) -> &String| {
+        let paths = results.results.iter().map(path);
+        load::names_of(paths.cloned().collect())
+    };
+    [of(|r| &r.card), of(|r| &r.log)]
+}
+
 /// The table of errors, in newtons: a row a card and log, then a row a card over all unseen logs.
 fn table(results: &Results<'_>) -> (Vec<String>, Vec<Vec<String>>) {
     let truth = results.results.iter().any(|r| r.truth.is_some());
@@ -287,7 +296,7 @@ fn table(results: &Results<'_>) -> (Vec<String>, Vec<Vec<String>>) {
     if truth {
         header.extend(["MAE to truth N", "worst to truth N", "noise MAE N"].map(String::from));
     }
-    let name = |path: &str| load::file_name(Path::new(path));
+    let [card, log] = names_in_tables(results);
     let figures = |m: Option<Errors>, t: Option<Errors>, n: Option<Errors>| {
         let show = |e: Option<f64>| e.map_or_else(|| "–".to_string(), show::digits);
         let mut out = vec![
@@ -312,13 +321,13 @@ fn table(results: &Results<'_>) -> (Vec<String>, Vec<Vec<String>>) {
             None => "unknown",
         }
         .to_string();
-        let mut row = vec![name(&r.card), r.form.clone(), name(&r.log), seen];
+        let mut row = vec![card(&r.card), r.form.clone(), log(&r.log), seen];
         row.extend(figures(r.measured, r.truth, r.noise_floor));
         rows.push(row);
     }
     for p in results.unseen.iter().filter(|p| p.logs > 1) {
         let all = format!("all {} unseen", p.logs);
-        let mut row = vec![name(&p.card), p.form.clone(), all, "no".to_string()];
+        let mut row = vec![card(&p.card), p.form.clone(), all, "no".to_string()];
         row.extend(figures(p.measured, p.truth, p.noise_floor));
         rows.push(row);
     }
@@ -363,10 +372,11 @@ fn write(
     let command = command(args, folder);
     let pooled = results.unseen.iter().filter(|p| p.logs > 1).count();
     let (rows, pooled_rows) = table.split_at(table.len() - pooled);
+    let [card, _] = names_in_tables(results);
     let of_cards = results.unseen.iter().zip(cards);
     let errors: Vec<touchdown_pages::validate::UnseenError> = of_cards
         .map(|(pooled, given)| touchdown_pages::validate::UnseenError {
-            card: load::file_name(&given.path),
+            card: card(&given.path.display().to_string()),
             kind: given.card.kind,
             logs: pooled.logs,
             mae_n: pooled.measured.map(|e| e.mae),
