@@ -19,7 +19,11 @@ impl Sweep {
     /// # Errors
     /// A point whose settings make no scenario.
     pub fn air(&self) -> Result<Option<String>> {
-        let of_air = |key: &str| key.starts_with("wind") || key.starts_with("course");
+        let of_air = |key: &str| {
+            ["wind", "course", "faults.gust"]
+                .iter()
+                .any(|of| key.starts_with(of))
+        };
         let drawn = self.drawn().any(of_air);
         let swept = self.grid().iter().any(|(key, _)| of_air(key));
         if !drawn && !swept && self.scenario(0)?.passing_air_mps() <= 0.0 {
@@ -142,6 +146,13 @@ mod tests {
         let text = air(dryden).unwrap();
         assert!(
             text.contains("20.0 m/s") && text.contains(": 1 of 1 points"),
+            "{text}"
+        );
+        // A gust of the faults counts as well, beside the wind and alone.
+        let gust = "faults = { gust = { velocity_mps = [25.0, 0.0, 0.0], from_s = 1.0, rise_s = 0.5, hold_s = 5.0 } }\n";
+        let text = air(&format!("[scenario]\n{gust}")).unwrap();
+        assert!(
+            text.contains("25.0 m/s") && text.contains(": 1 of 1 points"),
             "{text}"
         );
         // Each point has limits of its own: of these two the controller of the first may not lean into 6 m/s.

@@ -53,18 +53,20 @@ impl SpaceScenario {
         2.0 * drag_n / (c1 + (c1 * c1 + 4.0 * c2 * drag_n).sqrt())
     }
 
-    /// The horizontal air that passes a vehicle above the deck, m/s: the steady wind, with the gust at its
+    /// The horizontal air that passes a vehicle above the deck, m/s: the steady wind, with the gusts of wind and faults at their
     /// height where that is more, less the velocity of a deck under way (the sum of both speeds where
     /// it turns), and two standard deviations of the turbulence. The wake of a deckhouse adds nothing: it
     /// takes more from the mean than its turbulence gives back.
     #[must_use]
     pub fn passing_air_mps(&self) -> f64 {
         let [x, y, _] = self.wind.steady_mps;
-        let steady_mps = self.passing_mean_mps([x, y]);
-        let mean_mps = self.wind.gust.map_or(steady_mps, |gust| {
-            let [along, across, _] = gust.velocity_mps;
-            steady_mps.max(self.passing_mean_mps([x + along, y + across]))
-        });
+        let of_wind = self.wind.gust.map(|gust| gust.velocity_mps);
+        let of_faults = self.faults.gust.map(|gust| gust.velocity_mps);
+        let both = of_wind.zip(of_faults);
+        let both = both.map(|(a, b)| [a[0] + b[0], a[1] + b[1], 0.0]);
+        let gusts = [of_wind, of_faults, both].into_iter().flatten();
+        let gusty = gusts.map(|[along, across, _]| self.passing_mean_mps([x + along, y + across]));
+        let mean_mps = gusty.fold(self.passing_mean_mps([x, y]), f64::max);
         let turbulence = self.wind.dryden.map_or(0.0, |dryden| {
             let [along, across, _] = dryden.intensity_mps;
             along.max(across)
