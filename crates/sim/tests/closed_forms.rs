@@ -79,6 +79,11 @@ fn analytic_limits_of_a_series_have_defaults() {
         (format.greatest_excursion_m, format.greatest_angle_rad),
         (15.0, 0.8)
     );
+    // A column in SI units needs no factor.
+    let short =
+        "channels = [{ axis = \"heave\", column = \"z_m\" }]\ntime = [{ column = \"time_s\" }]\n";
+    let short: SeriesFormat = toml::from_str(short).expect("keys without factors");
+    assert_eq!(short, SeriesFormat::default());
     let all: SeriesFormat = toml::from_str("").expect("no key");
     let table = "z_m,time_s\n0.5,10.0\n1.5,11.0\n0.5,12.0\n1.5,13.0\n";
     let series = MotionSeries::read_csv(table.as_bytes(), &all).expect("the names of the defaults");

@@ -232,7 +232,7 @@ pub(super) fn from_force(
         ));
     }
     follows(&name, cut.hover_throttle, &fit, &cut.pieces, &spread, None)?;
-    let found = GroundEffect {
+    let mut found = GroundEffect {
         basis,
         drift_of_time,
         hovers: Vec::new(),
@@ -252,6 +252,12 @@ pub(super) fn from_force(
         heights_m,
     };
     found.check_significant(&name, settings)?;
+    // Not by the regression before, but by the trajectories.
+    let unresolved = found.motor_lag_or_none_s();
+    let unresolved = unresolved.filter(|_| found.motor_lag_s().is_none());
+    found
+        .refused
+        .extend(unresolved.map(Refusal::MotorLagUnresolved));
     Ok(found)
 }
 

@@ -15,7 +15,8 @@ use crate::error::SimError;
 pub struct Column {
     /// Name in the header, without blanks at its ends.
     pub column: String,
-    /// Factor to s, m or rad.
+    /// Factor to s, m or rad; 1 where none is stated.
+    #[serde(default = "unit")]
     pub factor: f64,
 }
 
@@ -27,8 +28,13 @@ pub struct Channel {
     pub axis: Axis,
     /// Name in the header, without blanks at its ends.
     pub column: String,
-    /// Factor to m or rad.
+    /// Factor to m or rad; 1 where none is stated.
+    #[serde(default = "unit")]
     pub factor: f64,
+}
+
+fn unit() -> f64 {
+    1.0
 }
 
 /// Meaning of a table's columns, and limits of its values.

@@ -179,7 +179,8 @@ pub(crate) enum CampaignCommand {
     Replay {
         /// Sweep, such as the `sweep.toml` in a campaign's folder
         sweep: PathBuf,
-        /// Number of the landing, as in its column `landing`; repeatable
+        /// Number of the landing, as the report and the column `landing` of the blocks have it: trials per point times the point's number from
+        /// 0, plus the trial; repeatable
         #[arg(long = "landing", value_name = "N", required = true)]
         landings: Vec<u64>,
         /// Folder for the files
