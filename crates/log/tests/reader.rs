@@ -275,6 +275,17 @@ fn analytic_tables_without_a_header_and_with_blanks() {
 }
 
 #[test]
+fn analytic_decimal_commas_between_commas_are_asked_for() {
+    let text = fails(b"time_s,throttle\n0,00,0,5\n0,01,0,6\n").to_string();
+    assert!(
+        text.contains("expected 2 cells, found 4 (decimal commas"),
+        "{text}"
+    );
+    let text = fails(b"time_s,throttle\n0.0,0.5,1\n0.1,0.6,2\n").to_string();
+    assert!(!text.contains("decimal commas"), "{text}");
+}
+
+#[test]
 fn analytic_a_row_of_units_may_have_a_one() {
     let (table, findings) = read("time_s,throttle,thrust_n\ns,1,N\n0.0,0.5,3.0\n0.1,0.6,4.0\n");
     assert_eq!(values(&table, "throttle"), [0.5, 0.6]);

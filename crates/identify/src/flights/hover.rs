@@ -256,8 +256,8 @@ fn check(
     ))
 }
 
-/// Resampled hovers, and the exponent and the zero of heights within what is known of them; each draw is fitted. From three flights on, resampled flights
-/// beside them tell how much flights differ beyond their hovers.
+/// Resampled hovers, and the exponent and the zero of heights within what is known of them; each draw is fitted. From three flights
+/// on, resampled flights beside them tell how much flights differ beyond their hovers.
 fn spread(
     found: &Fit,
     pieces: &[Segment],

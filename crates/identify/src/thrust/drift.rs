@@ -46,8 +46,8 @@ struct ThrustDrift {
     t: f64,
 }
 
-/// The change of measured over predicted thrust along a trial, beside what a wrong curve and hysteresis would explain:
-/// `Σ T / Σ T_p = a + b T_p + c T_p² + d ΔT_p + e t` over its parts.
+/// The change of measured over predicted thrust along a trial, beside what a wrong curve and hysteresis would explain, over its parts:
+/// `T = T_p (a + b T_p + c T_p² + d ΔT_p + e t)`, by least squares.
 fn drift(predicted: &[f64], trial: &Trial) -> Option<ThrustDrift> {
     let (time, thrust) = (trial.time_s(), trial.channel("thrust_n")?);
     let rows: Vec<usize> = (0..trial.len())
@@ -63,29 +63,25 @@ fn drift(predicted: &[f64], trial: &Trial) -> Option<ThrustDrift> {
             let mean = |of: &dyn Fn(usize) -> f64| {
                 part.iter().map(|&i| of(i)).sum::<f64>() / part.len() as f64
             };
-            let fitted_n = mean(&|i| predicted[i]);
             Part {
                 at: (mean(&|i| time[i]) - from_s) / (to_s - from_s),
-                fitted_n,
+                fitted_n: mean(&|i| predicted[i]),
                 rise_n: predicted[part[part.len() - 1]] - predicted[part[0]],
-                ratio: mean(&|i| thrust[i]) / fitted_n,
+                measured_n: mean(&|i| thrust[i]),
             }
         })
         .collect();
     let most_n = parts.iter().map(|p| p.fitted_n.abs()).fold(0.0, f64::max);
-    // Parts of little thrust tell more of the zero than of the scale.
-    let weights = parts.iter().map(|p| p.fitted_n / most_n);
-    let weights = DVector::from_iterator(parts.len(), weights);
     let columns = DMatrix::from_fn(parts.len(), 5, |i, k| {
         let (load, rise) = (parts[i].fitted_n / most_n, parts[i].rise_n / most_n);
-        weights[i] * [1.0, load, load * load, rise, parts[i].at][k]
+        load * [1.0, load, load * load, rise, parts[i].at][k]
     });
     let spare = parts
         .len()
         .checked_sub(columns.ncols())
         .filter(|n| *n > 0)?;
-    let ratios = parts.iter().zip(&weights).map(|(p, w)| p.ratio * w);
-    let ratios = DVector::from_iterator(parts.len(), ratios);
+    let measured = parts.iter().map(|p| p.measured_n / most_n);
+    let measured = DVector::from_iterator(parts.len(), measured);
     let inverse = columns.tr_mul(&columns).try_inverse()?;
     let last = columns.ncols() - 1;
     // What the other columns leave of the time, over what a constant leaves.
@@ -93,8 +89,8 @@ fn drift(predicted: &[f64], trial: &Trial) -> Option<ThrustDrift> {
     let along = first.dot(&time) / first.norm_squared();
     let centred = time - first * along;
     let own = 1.0 / (inverse[(last, last)] * centred.norm_squared());
-    let fitted = &inverse * columns.tr_mul(&ratios);
-    let variance = (&ratios - &columns * &fitted).norm_squared() / spare as f64;
+    let fitted = &inverse * columns.tr_mul(&measured);
+    let variance = (&measured - &columns * &fitted).norm_squared() / spare as f64;
     let error = (variance * inverse[(last, last)]).sqrt();
     (own > LEAST_OWN).then(|| ThrustDrift {
         share: fitted[last],
@@ -111,8 +107,8 @@ struct Part {
     fitted_n: f64,
     /// How much the fitted thrust rises (N).
     rise_n: f64,
-    /// Mean of the measured thrust over that.
-    ratio: f64,
+    /// Mean of the measured thrust (N).
+    measured_n: f64,
 }
 
 #[cfg(test)]

@@ -94,7 +94,7 @@ pub fn fit(
     fitted.forms = forms;
     fitted.check_finite()?;
     if let Some(saturation) = saturation {
-        saturation.bound(&mut fitted.card, trials)?;
+        saturation.bound(&mut fitted.card, trials);
         fitted.warnings.push(saturation.warning());
     }
     let found = follows::inverted(&fitted.card, trials);

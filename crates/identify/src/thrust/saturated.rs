@@ -67,25 +67,24 @@ impl Saturation {
         }
     }
 
-    /// Ends the card's range of throttle where its thrust at rest reaches the limit.
-    pub(super) fn bound(self, card: &mut Card, trials: &[Trial]) -> Result<()> {
+    /// Ends the card's range of throttle where its thrust at rest reaches the limit. A card without one keeps its range.
+    pub(super) fn bound(self, card: &mut Card, trials: &[Trial]) {
         let Some([low, _]) = card.validity.inputs.get("s").copied() else {
-            return Ok(());
+            return;
         };
-        let mut all: Vec<f64> = Vec::new();
-        for trial in trials {
-            all.extend(throttle(trial)?.into_iter().filter(|s| s.is_finite()));
-        }
+        let all = trials.iter().filter_map(|trial| throttle(trial).ok());
+        let mut all: Vec<f64> = all.flatten().filter(|s| s.is_finite()).collect();
         all.sort_by(f64::total_cmp);
         all.dedup();
         let volts = trials.iter().filter_map(|t| t.channel("battery_v"));
         let volts = super::plateau::median(volts.flatten().copied()).unwrap_or(f64::NAN);
-        let roots = root_at_rest(card, &all, &vec![volts; all.len()])?;
+        let Ok(roots) = root_at_rest(card, &all, &vec![volts; all.len()]) else {
+            return;
+        };
         let within = roots.iter().map(|x| x * x.abs() <= self.limit_n);
         let reached = all.iter().zip(within).filter(|(_, within)| *within);
         let high = reached.map(|(s, _)| *s).fold(low, f64::max);
         card.validity.inputs.insert("s".into(), [low, high]);
-        Ok(())
     }
 }
 

@@ -341,7 +341,7 @@ fn grid(model: &Model, from: f64, until: f64, step: Option<f64>) -> Result<Vec<f
     let count = (length / step + 1e-9).floor();
     if !(1.0..=MOST_ROWS).contains(&count) {
         return Err(Error::Arguments(format!(
-            "--step: expected 1 to {MOST_ROWS:e} steps from {from} to {until}, found {count:e}"
+            "--step: expected 1 to {MOST_ROWS:e} steps from {from} to {until}, found {count:e} of {step}"
         )));
     }
     Ok((0..=count as usize)

@@ -47,28 +47,7 @@ impl Between {
             Self::Linear
         }
     }
-}
 
-/// Changes between samples, where there are any.
-fn changes(samples: &[f64]) -> Vec<f64> {
-    let all = samples.windows(2).map(|w| w[1] - w[0]);
-    all.filter(|c| *c != 0.0).collect()
-}
-
-/// How much throttles bend between samples: the mean square of the changes of their changes, over that of the changes. It is
-/// `(ω P)²` of a sine of angular frequency ω at a short sampling period P, and 3 of white noise.
-pub(crate) fn bend<'a>(throttles: impl IntoIterator<Item = &'a [f64]>) -> f64 {
-    let (mut square, mut bends) = (0.0, 0.0);
-    for s in throttles {
-        let changes = changes(s);
-        square += changes.iter().map(|c| c * c).sum::<f64>();
-        let pairs = changes.windows(2);
-        bends += pairs.map(|w| (w[1] - w[0]).powi(2)).sum::<f64>();
-    }
-    bends / square
-}
-
-impl Between {
     /// What a throttle that looks held is, by the squares of the errors of both over so many rows.
     pub(in crate::thrust) fn likelier(held: f64, lines: f64, rows: usize) -> Self {
         let evidence = rows as f64 * (held - lines) / held;
@@ -88,6 +67,25 @@ impl Between {
             Self::Linear => [0.5 * period_s; 2],
         }
     }
+}
+
+/// Changes between samples, where there are any.
+fn changes(samples: &[f64]) -> Vec<f64> {
+    let all = samples.windows(2).map(|w| w[1] - w[0]);
+    all.filter(|c| *c != 0.0).collect()
+}
+
+/// How much throttles bend between samples: the mean square of the changes of their changes, over that of the changes. It is
+/// `(ω P)²` of a sine of angular frequency ω at a short sampling period P, and 3 of white noise.
+pub(crate) fn bend<'a>(throttles: impl IntoIterator<Item = &'a [f64]>) -> f64 {
+    let (mut square, mut bends) = (0.0, 0.0);
+    for s in throttles {
+        let changes = changes(s);
+        square += changes.iter().map(|c| c * c).sum::<f64>();
+        let pairs = changes.windows(2);
+        bends += pairs.map(|w| (w[1] - w[0]).powi(2)).sum::<f64>();
+    }
+    bends / square
 }
 
 /// `τ y' = u(t - d) - y` from `y = u` at the start, exact for held and for linear `u`.

@@ -203,7 +203,12 @@ impl PartReader<'_> {
             if is_last && (cut_at_end || !paired || cells.len() < width) {
                 self.reading.breaks_off(line.number);
             } else if paired {
-                let fault = format!("expected {width} cells, found {found}");
+                let mut fault = format!("expected {width} cells, found {found}");
+                if delimiter == b',' && found == 2 * width {
+                    fault.push_str(
+                        " (decimal commas between commas? Write decimal points, or semicolons between the cells)",
+                    );
+                }
                 self.reading.corrupt(line.number, &fault);
             } else {
                 self.reading.corrupt(line.number, "quotes do not pair up");
