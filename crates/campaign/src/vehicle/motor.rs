@@ -52,8 +52,8 @@ pub(super) fn throttles() -> impl Iterator<Item = f64> {
 }
 
 /// `s (1 - k s) = b x + c x²` by least squares over the card's throttles, exact where the vehicle hovers, with the time
-/// constant of the card's model there. Of the sags that is taken whose thrust differs least anywhere: not in proportion, or the small
-/// thrusts of low throttles would decide, which no flight has, against the greatest.
+/// constant of the card's model there. Of all sags, the one is taken whose thrust differs least anywhere. Differences count over the
+/// weight: in proportion to the thrust, low throttles that no flight has would decide, and the greatest thrust would not count.
 pub(super) fn fit(card: &Card, model: &ThrustModel<f64>, weight_n: f64) -> Result<MotorFit> {
     let x_hover = weight_n.sqrt();
     let hover = model.throttle_for(weight_n);

@@ -228,7 +228,7 @@ impl<R: Real> StateMachine<R> {
         seen.foot_drop_m <= self.leaning_m || seen.thrust_share <= r(ALMOST_OFF)
     }
 
-    /// Load factor from which on something else than the rotors carries the vehicle. Rotors that hardly turn leave it less to tell from: a
+    /// Load factor from which something else than the rotors carries the vehicle. It is less where the rotors hardly turn, because a
     /// shaking deck carries a standing vehicle now more, now less.
     fn carried_load_factor(&self, seen: &MachineInput<R>) -> R {
         if seen.thrust_share <= r(ALMOST_OFF) {

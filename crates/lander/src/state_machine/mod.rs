@@ -92,9 +92,10 @@
 //! - *evidence*: touching, or low and sliding at twice the vertical speed of a touchdown at most,
 //!   and one of two. Either the contact switch is closed, or the
 //!   thrust is at most `idle_thrust_share` of the weight while the IMU measures at least
-//!   `supported_load_factor`, so that something else carries the vehicle; with less than a tenth
-//!   of the weight as thrust, as much beyond it as between these two limits, because a shaking deck
-//!   carries now more, now less. *Not supported*: the thrust is as low, but the IMU measures less. While the lowest foot is more than `leaning_m`
+//!   `supported_load_factor`, so that something else carries the vehicle. A thrust below a tenth of
+//!   the weight needs only the difference of these two limits beyond it, because a shaking deck carries
+//!   a vehicle now more, now less. *Not supported*: the thrust is at most `idle_thrust_share`, but the
+//!   IMU measures less than `supported_load_factor`. While the lowest foot is more than `leaning_m`
 //!   below the others there is no evidence before the thrust is below a tenth of the weight: the
 //!   vehicle would fall when the rotors stop. After a touch in a tilt, the fall onto
 //!   the other feet is not counted.
