@@ -142,6 +142,18 @@ fn prop_overlapping_discs_and_points_without_lift_are_told() {
         assert!(told.contains(times), "{told}");
     }
     assert!(warnings("trials = 1\n[scenario.truth]\nmass = 1.1\n").is_empty());
+    // 1 kg with 2600 N: grams or kilograms in the place of newtons.
+    let strong = |thrust_n: f64| {
+        warnings(&format!(
+            "trials = 1\n[vehicle]\nmass_kg = 1.0\ngreatest_thrust_n = {thrust_n}\n"
+        ))
+    };
+    let told = strong(2600.0).join("; ");
+    assert!(
+        told.contains("265 times its weight; expected at most 20"),
+        "{told}"
+    );
+    assert!(strong(150.0).is_empty());
 }
 
 #[test]

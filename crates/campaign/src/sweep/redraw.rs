@@ -15,6 +15,10 @@ use crate::error::Result;
 /// needs as many. Half as many refuses nothing sooner that matters; twice as many takes longer to refuse.
 const MOST_REDRAWS: u32 = 100;
 
+/// Thrust over weight that no multirotor exceeds: racing quadrotors have up to about 15. Up to here landings are as usual; at a
+/// few hundred all crash.
+const MOST_THRUST_TO_WEIGHT: f64 = 20.0;
+
 impl Sweep {
     /// The drawn values of a trial, and how many draws they replace: those whose true vehicle has a thrust over weight
     /// below 1.3 at a point of the grid. All values of a trial are drawn again together.
@@ -112,28 +116,48 @@ impl Sweep {
         })
     }
 
-    /// What is said of a true vehicle, or of points of the grid, with a thrust over weight below 1.3. They are flown: what is
-    /// stated is meant.
+    /// What is said of a true vehicle, or of points of the grid, with a thrust over weight below 1.3, or above that of any multirotor.
+    /// They are flown: what is stated is meant.
     #[must_use]
     pub fn lift_warning(&self) -> Option<String> {
         // Draws are replaced until all points lift.
         if self.random.iter().any(|(key, _)| of_lift(key)) {
             return None;
         }
-        let lifts = self.lifts_of_points().into_iter().map(|(_, lift)| lift);
-        let low: Vec<f64> = lifts
-            .filter(|lift| *lift < LEAST_THRUST_TO_WEIGHT)
+        let lifts: Vec<f64> = self
+            .lifts_of_points()
+            .iter()
+            .map(|(_, lift)| *lift)
             .collect();
-        let least = low.iter().copied().reduce(f64::min)?;
+        let of = |beyond: &dyn Fn(f64) -> bool| -> Vec<f64> {
+            lifts.iter().copied().filter(|lift| beyond(*lift)).collect()
+        };
+        let low = of(&|lift| lift < LEAST_THRUST_TO_WEIGHT);
+        let high = of(&|lift| lift > MOST_THRUST_TO_WEIGHT);
+        let points = self.points();
+        if let Some(least) = low.iter().copied().reduce(f64::min) {
+            return Some(if self.sweeps_lift() {
+                format!(
+                    "{} of {points} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.3} times",
+                    low.len()
+                )
+            } else {
+                format!(
+                    "the vehicle has a greatest thrust of {least:.3} times its weight; expected at least {LEAST_THRUST_TO_WEIGHT}"
+                )
+            });
+        }
+        let most = high.iter().copied().reduce(f64::max)?;
         Some(if self.sweeps_lift() {
             format!(
-                "{} of {} points have a greatest thrust below {LEAST_THRUST_TO_WEIGHT} times the weight, the least {least:.3} times",
-                low.len(),
-                self.points()
+                "{} of {points} points have a greatest thrust above {MOST_THRUST_TO_WEIGHT} times the weight, the greatest {most:.0} times: \
+                 are mass and thrust in kg and N?",
+                high.len()
             )
         } else {
             format!(
-                "the vehicle has a greatest thrust of {least:.3} times its weight; expected at least {LEAST_THRUST_TO_WEIGHT}"
+                "the vehicle has a greatest thrust of {most:.0} times its weight; expected at most {MOST_THRUST_TO_WEIGHT}: are mass and \
+                 thrust in kg and N?"
             )
         })
     }

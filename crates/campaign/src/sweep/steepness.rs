@@ -1,6 +1,8 @@
-//! Seas that are steeper than waves can be.
+//! Seas that are steeper than waves can be, and decks that drop faster than a vehicle falls.
 
-use touchdown_sim::deck::rigid::RigidMotion;
+use std::f64::consts::TAU;
+
+use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
 
 use super::points::Sweep;
 use crate::error::Result;
@@ -24,6 +26,32 @@ impl Sweep {
             format!(
                 "the sea is steeper than waves can be: its significant height is {steepest:.2} of the length of its waves, \
                  2 pi H_s/(g T_p^2); waves break above {STEEPEST:.2}. Are deck.spectrum.significant_height_m and peak_period_s right?"
+            )
+        }))
+    }
+}
+
+/// The heave of tones is more than this acceleration at times (m/s²): a deck on which nothing stays.
+const FREE_FALL_MPS2: f64 = 9.81;
+
+impl Sweep {
+    /// A sentence about the quickest heave of all points, if its deck drops faster than a vehicle falls. Random draws are not looked at.
+    ///
+    /// # Errors
+    /// A point whose settings make no scenario.
+    pub fn heave_warning(&self) -> Result<Option<String>> {
+        let mut quickest: f64 = 0.0;
+        for point in 0..self.points_if_varied(&["deck"]) {
+            if let RigidMotion::Sines { tones } = &self.scenario(point)?.deck {
+                let heave = tones.iter().filter(|tone| tone.axis == Axis::Heave);
+                let of = |tone: &Tone| tone.amplitude.abs() * (TAU * tone.frequency_hz).powi(2);
+                quickest = quickest.max(heave.map(of).sum());
+            }
+        }
+        Ok((quickest > FREE_FALL_MPS2).then(|| {
+            format!(
+                "the deck heaves with up to {quickest:.1} m/s², more than gravity: a vehicle does not stay on it. Are the amplitudes of \
+                 deck.tones in metres, and the frequencies in Hz?"
             )
         }))
     }
@@ -54,5 +82,25 @@ mod tests {
         assert_eq!(warning("[0.5, 1.6]"), None);
         let told = warning("[0.5, 2.5]").unwrap();
         assert!(told.contains("0.10 of the length"), "{told}");
+    }
+
+    #[test]
+    fn analytic_decks_that_drop_faster_than_a_vehicle_falls_are_told() {
+        let told = |tones: &str| {
+            let file = format!("[scenario.deck]\nkind = \"sines\"\ntones = [{tones}]\n");
+            let settings = toml::from_str(&file).unwrap();
+            let sweep = Sweep::new(settings, Path::new(""), "s.toml".into()).unwrap();
+            sweep.heave_warning().unwrap()
+        };
+        let tone = |axis: &str, amplitude: f64, hz: f64| {
+            format!("{{ axis = \"{axis}\", amplitude = {amplitude}, frequency_hz = {hz} }}")
+        };
+        // 0.0062 (2 pi 6)² is 8.8 m/s².
+        let shake = tone("heave", 0.0062, 6.0);
+        assert_eq!(told(&shake), None);
+        // Of 5 cm at 2 Hz, 7.9 m/s², beside it.
+        let both = told(&format!("{shake}, {}", tone("heave", 0.05, 2.0))).unwrap();
+        assert!(both.contains("up to 16.7 m/s²"), "{both}");
+        assert_eq!(told(&tone("roll", 0.3, 2.0)), None);
     }
 }

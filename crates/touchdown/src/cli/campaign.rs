@@ -85,6 +85,7 @@ pub(crate) fn state(context: &Context, sweep: &Sweep) -> Result<()> {
         .noise_warnings()?
         .iter()
         .chain(&sweep.steepness_warning()?)
+        .chain(&sweep.heave_warning()?)
     {
         context.warn(warning);
     }
