@@ -324,6 +324,27 @@ fn regress_a_list_without_end_in_a_page_of_a_parquet_file() {
 }
 
 #[test]
+fn regress_offsets_below_zero_in_a_parquet_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.parquet");
+    let bytes = fixture("table.parquet");
+    let end = bytes.len() - 8;
+    let length = u32::from_le_bytes(bytes[end..end + 4].try_into().unwrap()) as usize;
+    let mut refused = 0;
+    // The lowest bit of a number in the table of contents is its sign.
+    for at in end - length..end {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1;
+        std::fs::write(&path, &damaged).unwrap();
+        refused += usize::from(match read_parquet(&path, None) {
+            Ok((_, findings)) => findings.is_lossy(),
+            Err(error) => error.kind() == ErrorKind::Unreadable,
+        });
+    }
+    assert!(refused > 100, "{refused} of {length}");
+}
+
+#[test]
 fn prop_rows_that_a_parquet_file_only_claims() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.parquet");

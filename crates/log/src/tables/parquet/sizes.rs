@@ -20,7 +20,13 @@ const LONGEST: u64 = 16 << 20;
 /// Bytes to which the pages of a column of a row group unpack, heads included.
 pub(super) fn unpacked(file: &Bounded, chunk: &ColumnChunkMetaData) -> Result<u64> {
     let outside = || ParquetError::General("a column outside of its file".to_owned());
-    let first = chunk.dictionary_page_offset().unwrap_or(i64::MAX);
+    let dictionary = chunk.dictionary_page_offset();
+    // The crate's reader ends the program there.
+    let sizes = [chunk.data_page_offset(), chunk.compressed_size()];
+    if sizes.into_iter().chain(dictionary).any(|size| size < 0) {
+        return Err(outside());
+    }
+    let first = dictionary.unwrap_or(i64::MAX);
     let first = first.min(chunk.data_page_offset());
     // Some writers state a dictionary at 0 where there is none.
     let first = if first <= 0 {
