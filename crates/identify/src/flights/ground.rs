@@ -252,12 +252,7 @@ pub(super) fn from_force(
         heights_m,
     };
     found.check_significant(&name, settings)?;
-    // Not by the regression before, but by the trajectories.
-    let unresolved = found.motor_lag_or_none_s();
-    let unresolved = unresolved.filter(|_| found.motor_lag_s().is_none());
-    found
-        .refused
-        .extend(unresolved.map(Refusal::MotorLagUnresolved));
+    found.refuse_no_lag();
     Ok(found)
 }
 
@@ -331,6 +326,14 @@ fn select<'a>(
 }
 
 impl GroundEffect {
+    /// Refuses a lag of the motors that may be zero by the trajectories, though it was resolved along measured heights.
+    fn refuse_no_lag(&mut self) {
+        if self.motor_lag_s().is_none() {
+            let lag = self.motor_lag_or_none_s();
+            self.refused.extend(lag.map(Refusal::MotorLagUnresolved));
+        }
+    }
+
     /// Checks that thrust near the ground is significantly greater than out of ground effect.
     pub(super) fn check_significant(&self, name: &str, settings: &FlightSettings) -> Result<()> {
         let lowest = (self.heights_m[0] / self.rotor_radius_m).max(0.5);
