@@ -228,8 +228,11 @@ with open(Path(__file__).parent / "fields.tsv", "w") as out:
 repacked(HERE / "snappy.parquet", compression="snappy")
 # Pages of the second version: their levels are not packed. Those that packing does not shrink are plain.
 repacked(HERE / "zstd_v2.parquet", compression="zstd", data_page_version="2.0", data_page_size=1000)
-repacked(HERE / "brotli.parquet", compression="brotli")
-pq.write_table(pa.table({"time_s": pa.array([], pa.float64())}), HERE / "no_rows.parquet")
+# What no reader takes.
+REFUSED = HERE.parent / "refused"
+REFUSED.mkdir(exist_ok=True)
+repacked(REFUSED / "brotli.parquet", compression="brotli")
+pq.write_table(pa.table({"time_s": pa.array([], pa.float64())}), REFUSED / "no_rows.parquet")
 # Decimal fractions in 4, 8 and 16 bytes, as databases and spreadsheets write them.
 numbers = [None if i % 7 == 0 else Decimal(i - 10) / 8 for i in range(20)]
 decimals = {
