@@ -1,6 +1,6 @@
 //! Short names of the keys that a grid varies.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use toml::Value;
 
@@ -41,37 +41,49 @@ fn named(key: &str, longer_than: usize) -> &str {
 /// Characters of a value in a label, at most.
 const LONGEST: usize = 60;
 
-/// A value of a key in a label, told from all that the key has: as it is, or where it is long, what differs in it.
-pub(super) fn shown(value: &Value, all: &[Value]) -> String {
-    let short = |value: &Value| {
+/// Short texts of all values of a key, for labels: each as it is, or where it is long, what differs between the values.
+pub(super) fn shown(all: &[Value]) -> Vec<String> {
+    let parts: Vec<BTreeMap<String, String>> = all.iter().map(leaves).collect();
+    let varies = |path: &&String| {
+        parts
+            .iter()
+            .any(|other| other.get(*path) != parts[0].get(*path))
+    };
+    let paths: BTreeSet<&String> = parts
+        .iter()
+        .flat_map(BTreeMap::keys)
+        .filter(varies)
+        .collect();
+    let short = |(value, parts): (&Value, &BTreeMap<String, String>)| {
         let whole = text(value);
         if whole.chars().count() <= LONGEST {
             return whole;
         }
-        let mine = leaves(value);
-        let others: Vec<_> = all.iter().map(leaves).collect();
-        let varies = |path: &&String| {
-            others
-                .iter()
-                .any(|other| other.get(*path) != mine.get(*path))
-        };
-        let paths: Vec<&str> = mine.keys().filter(varies).map(String::as_str).collect();
-        let named = names(&paths).into_iter().zip(&paths);
-        let parts: Vec<String> = named
-            .map(|(name, path)| format!("{name} {}", mine[*path]).trim().to_owned())
+        let own = parts.keys().filter(|path| paths.contains(path));
+        let own: Vec<&str> = own.map(String::as_str).collect();
+        let named = names(&own).into_iter().zip(&own);
+        let words: Vec<String> = named
+            .map(|(name, path)| format!("{name} {}", parts[*path]).trim().to_owned())
             .collect();
-        cut(&if parts.is_empty() {
+        cut(&if words.is_empty() {
             whole
         } else {
-            parts.join(" ")
+            words.join(" ")
         })
     };
-    let mine = short(value);
-    let same = all.iter().filter(|other| short(other) == mine).count();
-    match all.iter().position(|other| other == value) {
-        Some(place) if same > 1 => format!("{mine} ({} of {})", place + 1, all.len()),
-        _ => mine,
+    let short: Vec<String> = all.iter().zip(&parts).map(short).collect();
+    let mut uses: BTreeMap<&str, usize> = BTreeMap::new();
+    for text in &short {
+        *uses.entry(text).or_default() += 1;
     }
+    let numbered = short
+        .iter()
+        .enumerate()
+        .map(|(i, text)| match uses[text.as_str()] {
+            1 => text.clone(),
+            _ => format!("{text} ({} of {})", i + 1, short.len()),
+        });
+    numbered.collect()
 }
 
 /// The end of a long text: paths of files begin alike.
@@ -152,7 +164,7 @@ mod tests {
                     toml::from_str::<toml::Table>(&format!("v = {text}")).unwrap()["v"].clone()
                 })
                 .collect();
-            all.iter().map(|value| shown(value, &all)).collect()
+            shown(&all)
         };
         assert_eq!(of(&["1.5", "\"up\""]), ["1.5", "up"]);
         let gust = |speed: &str| {

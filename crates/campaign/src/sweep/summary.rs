@@ -232,12 +232,13 @@ impl CampaignResults {
 /// None that [`Sweep::read`] has not found.
 pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> {
     let trials = sweep.trials() as usize;
+    let texts: Vec<Vec<String>> = sweep.grid().iter().map(|(_, all)| shown(all)).collect();
     let points = rows
         .chunks(trials)
         .enumerate()
         .map(|(point, rows)| {
             Ok(PointFigures {
-                of: point_of(sweep, point as u64)?,
+                of: point_of(sweep, &texts, point as u64)?,
                 figures: Figures::of(rows, &sweep.scenario(point as u64)?.crash),
             })
         })
@@ -245,7 +246,7 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
     let worst = worst(rows).into_iter().map(|row| {
         Ok(WorstLanding {
             landing: row.landing,
-            of: point_of(sweep, row.landing / sweep.trials())?,
+            of: point_of(sweep, &texts, row.landing / sweep.trials())?,
             trial: row.landing % sweep.trials(),
             outcome: row.outcome.clone(),
             why: row.why.clone(),
@@ -273,7 +274,8 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
 /// In the place of a controller's name where every trial draws its own.
 const DRAWN: &str = "drawn";
 
-fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
+/// A point of the grid; `texts` are those of all values of each key.
+fn point_of(sweep: &Sweep, texts: &[Vec<String>], point: u64) -> Result<PointOf> {
     let values = sweep.values(point);
     let controller = if is_policy(&values) {
         POLICY
@@ -283,17 +285,14 @@ fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
         let method = sweep.scenario(point)?.control.method;
         sweep.settings().lander_name(method)
     };
-    let varied = values
-        .iter()
-        .zip(sweep.grid())
-        .filter(|(_, (_, all))| all.len() > 1);
-    let varied: Vec<_> = varied.collect();
-    let keys: Vec<&str> = varied.iter().map(|((key, _), _)| *key).collect();
-    let words: Vec<String> = names(&keys)
-        .into_iter()
-        .zip(&varied)
-        .map(|(name, ((_, value), (_, all)))| format!("{name} {}", shown(value, all)))
-        .collect();
+    let of_grid = sweep.grid().iter().zip(texts).zip(&values);
+    let varied = of_grid.filter_map(|(((key, all), texts), (_, value))| {
+        let place = all.iter().position(|other| other == *value)?;
+        (all.len() > 1).then(|| (key.as_str(), &texts[place]))
+    });
+    let (keys, texts): (Vec<&str>, Vec<&String>) = varied.unzip();
+    let words = names(&keys).into_iter().zip(texts);
+    let words: Vec<String> = words.map(|(name, text)| format!("{name} {text}")).collect();
     Ok(PointOf {
         point,
         label: if words.is_empty() {
