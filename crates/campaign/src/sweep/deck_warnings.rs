@@ -1,4 +1,4 @@
-//! Seas that are steeper than waves can be, and decks that drop faster than a vehicle falls.
+//! Warnings of decks: seas that are steeper than waves can be, and heaves that exceed gravity.
 
 use std::f64::consts::TAU;
 
@@ -11,50 +11,45 @@ use crate::error::Result;
 const STEEPEST: f64 = 1.0 / 15.0;
 
 impl Sweep {
-    /// A sentence about the steepest sea of all points, if its waves would break. Random draws are not looked at.
+    /// Warnings of the decks of all points: the steepest sea, if its waves would break, and the quickest heave of tones, if it
+    /// exceeds gravity. Random draws do not count.
     ///
     /// # Errors
     /// A point whose settings make no scenario.
-    pub fn steepness_warning(&self) -> Result<Option<String>> {
-        let mut steepest: f64 = 0.0;
-        for point in 0..self.points_if_varied(&["deck"]) {
-            if let RigidMotion::Sea(sea) = &self.scenario(point)?.deck {
-                steepest = steepest.max(sea.spectrum.steepness());
+    pub fn deck_warnings(&self) -> Result<Vec<String>> {
+        let (mut steepest, mut quickest_g) = (0.0_f64, 0.0_f64);
+        for point in 0..self.points_if_varied(&["deck", "plant.gravity_mps2"]) {
+            let scenario = self.scenario(point)?;
+            match &scenario.deck {
+                RigidMotion::Sea(sea) => steepest = steepest.max(sea.spectrum.steepness()),
+                RigidMotion::Sines { tones } => {
+                    quickest_g = quickest_g.max(heave_mps2(tones) / scenario.plant.gravity_mps2);
+                }
+                _ => {}
             }
         }
-        Ok((steepest > STEEPEST).then(|| {
+        let sea = (steepest > STEEPEST).then(|| {
             format!(
                 "the sea is steeper than waves can be: its significant height is {steepest:.2} of the length of its waves, \
                  2 pi H_s/(g T_p^2); waves break above {STEEPEST:.2}. Are deck.spectrum.significant_height_m and peak_period_s right?"
             )
-        }))
+        });
+        let heave = (quickest_g > 1.0).then(|| {
+            format!(
+                "the deck heaves with up to {quickest_g:.1} times gravity, so no vehicle stays on it. Are the amplitudes of deck.tones in \
+                 metres, and the frequencies in Hz?"
+            )
+        });
+        Ok(sea.into_iter().chain(heave).collect())
     }
 }
 
-/// The heave of tones is more than this acceleration at times (m/s²): a deck on which nothing stays.
-const FREE_FALL_MPS2: f64 = 9.81;
-
-impl Sweep {
-    /// A sentence about the quickest heave of all points, if its deck drops faster than a vehicle falls. Random draws are not looked at.
-    ///
-    /// # Errors
-    /// A point whose settings make no scenario.
-    pub fn heave_warning(&self) -> Result<Option<String>> {
-        let mut quickest: f64 = 0.0;
-        for point in 0..self.points_if_varied(&["deck"]) {
-            if let RigidMotion::Sines { tones } = &self.scenario(point)?.deck {
-                let heave = tones.iter().filter(|tone| tone.axis == Axis::Heave);
-                let of = |tone: &Tone| tone.amplitude.abs() * (TAU * tone.frequency_hz).powi(2);
-                quickest = quickest.max(heave.map(of).sum());
-            }
-        }
-        Ok((quickest > FREE_FALL_MPS2).then(|| {
-            format!(
-                "the deck heaves with up to {quickest:.1} m/s², more than gravity: a vehicle does not stay on it. Are the amplitudes of \
-                 deck.tones in metres, and the frequencies in Hz?"
-            )
-        }))
-    }
+/// Greatest acceleration of the heave of tones, if their peaks coincide (m/s²).
+fn heave_mps2(tones: &[Tone]) -> f64 {
+    let heave = tones.iter().filter(|tone| tone.axis == Axis::Heave);
+    heave
+        .map(|tone| tone.amplitude.abs() * (TAU * tone.frequency_hz).powi(2))
+        .sum()
 }
 
 #[cfg(test)]
@@ -63,7 +58,7 @@ mod tests {
 
     use super::Sweep;
 
-    fn warning(heights: &str) -> Option<String> {
+    fn warning(heights: &str) -> Vec<String> {
         let file = format!(
             "[grid]\n\"deck.spectrum.significant_height_m\" = {heights}\n[scenario.deck]\nkind = \"sea\"\n\
              [scenario.deck.spectrum]\nshape = \"pierson_moskowitz\"\nsignificant_height_m = 0.1\npeak_period_s = 4.0\n"
@@ -73,34 +68,34 @@ mod tests {
             Path::new(""),
             "s.toml".into(),
         );
-        sweep.unwrap().steepness_warning().unwrap()
+        sweep.unwrap().deck_warnings().unwrap()
     }
 
     #[test]
     fn analytic_seas_that_would_break_are_told() {
         // Waves of 4 s are 24.97 m long, a fifteenth of which is 1.66 m.
-        assert_eq!(warning("[0.5, 1.6]"), None);
-        let told = warning("[0.5, 2.5]").unwrap();
-        assert!(told.contains("0.10 of the length"), "{told}");
+        assert_eq!(warning("[0.5, 1.6]"), [""; 0]);
+        let warned = warning("[0.5, 2.5]").join("; ");
+        assert!(warned.contains("0.10 of the length"), "{warned}");
     }
 
     #[test]
-    fn analytic_decks_that_drop_faster_than_a_vehicle_falls_are_told() {
-        let told = |tones: &str| {
+    fn analytic_heaves_that_exceed_gravity_are_warned_of() {
+        let warnings = |tones: &str| {
             let file = format!("[scenario.deck]\nkind = \"sines\"\ntones = [{tones}]\n");
             let settings = toml::from_str(&file).unwrap();
             let sweep = Sweep::new(settings, Path::new(""), "s.toml".into()).unwrap();
-            sweep.heave_warning().unwrap()
+            sweep.deck_warnings().unwrap()
         };
         let tone = |axis: &str, amplitude: f64, hz: f64| {
             format!("{{ axis = \"{axis}\", amplitude = {amplitude}, frequency_hz = {hz} }}")
         };
         // 0.0062 (2 pi 6)² is 8.8 m/s².
         let shake = tone("heave", 0.0062, 6.0);
-        assert_eq!(told(&shake), None);
-        // Of 5 cm at 2 Hz, 7.9 m/s², beside it.
-        let both = told(&format!("{shake}, {}", tone("heave", 0.05, 2.0))).unwrap();
-        assert!(both.contains("up to 16.7 m/s²"), "{both}");
-        assert_eq!(told(&tone("roll", 0.3, 2.0)), None);
+        assert_eq!(warnings(&shake), [""; 0]);
+        // With 7.9 m/s² of 5 cm at 2 Hz it is 16.7 m/s².
+        let both = warnings(&format!("{shake}, {}", tone("heave", 0.05, 2.0))).join("; ");
+        assert!(both.contains("up to 1.7 times gravity"), "{both}");
+        assert_eq!(warnings(&tone("roll", 0.3, 2.0)), [""; 0]);
     }
 }

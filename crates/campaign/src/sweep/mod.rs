@@ -17,7 +17,7 @@
 //! | `packed` | a sweep and landings of it as bytes, for another process |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
 //! | `noise` | the noise of the sensors beside the belief of the landing computer |
-//! | `steepness` | seas that are steeper than waves can be, decks that drop faster than a vehicle falls |
+//! | `deck_warnings` | seas that are steeper than waves can be, heaves that exceed gravity |
 //! | `part` | which blocks one run flies: all, a shard, a range |
 //! | `status` | what of a campaign is there |
 //! | `run` | flying what is missing, in the simulation or by another backend |
@@ -30,6 +30,7 @@ mod air;
 mod axes;
 mod beside;
 mod check;
+mod deck_warnings;
 mod draw;
 mod endings;
 mod keys;
@@ -49,7 +50,6 @@ mod settings;
 mod software_in_the_loop;
 mod stated;
 mod status;
-mod steepness;
 mod store;
 mod summary;
 mod vehicle;

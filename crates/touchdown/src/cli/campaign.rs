@@ -84,8 +84,7 @@ pub(crate) fn state(context: &Context, sweep: &Sweep) -> Result<()> {
     for warning in sweep
         .noise_warnings()?
         .iter()
-        .chain(&sweep.steepness_warning()?)
-        .chain(&sweep.heave_warning()?)
+        .chain(&sweep.deck_warnings()?)
     {
         context.warn(warning);
     }
