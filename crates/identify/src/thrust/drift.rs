@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 
-use super::predict;
+use super::{is_flight, predict};
 use crate::warning::Warning;
 
 /// Parts of a log, whose measured thrusts are compared with the fitted ones. Fewer leave too few degrees of freedom, more are as
@@ -12,27 +12,25 @@ use crate::warning::Warning;
 const PARTS: usize = 20;
 /// Rows of a part at least: what varies from one to the next is not noise then.
 const PART_ROWS: usize = 10;
-/// Change of the thrust along a log that is told. A lag is outside of its interval from 2 % on where the frequency of the throttle
-/// rises along the log as well; a curve of too low a degree looks like 1 % there.
+/// Least change of the thrust along a log for a warning. If the frequency of the throttle rises along the log, a change of 2 % moves a
+/// lag out of its interval, and a curve of too low a degree looks like a change of 1 %.
 const LEAST_CHANGE: f64 = 0.015;
 /// Least change over its standard error: with 15 degrees of freedom chance reaches it in a thousandth of the logs.
 const LEAST_T: f64 = 4.0;
 
-/// Share of the time's variance that thrust and its rise have to leave. Where the throttle rises once along the log they leave hardly
-/// any, and a missed curve looks like drift. Of a sine that becomes quicker they leave 0.2 and more.
+/// Least share of the time's variance that thrust and its rise do not explain. It is 0.0008 for a throttle that rises once along the
+/// log, where a missed curve looks like drift, 0.17 and more for a sine that becomes quicker, and 0.9 for steps (the tests below).
 const LEAST_OWN: f64 = 0.1;
 
-/// A warning of the log whose thrust changes most surely, if one does.
+/// A warning of the log whose thrust changes most significantly, if one does.
 pub(super) fn of_thrust(card: &Card, trials: &[Trial]) -> Option<Warning> {
-    // In flight the weight is what the thrust has to be.
-    let of_stand = |t: &&Trial| t.channel("specific_force_mps2").is_none();
-    let found = trials.iter().filter(of_stand);
-    let found = found.filter_map(|trial| drift(&predict(card, trial).ok()?, trial));
-    let told = found.filter(|d| d.share.abs() > LEAST_CHANGE && d.t > LEAST_T);
-    let surest = told.max_by(|a, b| a.t.total_cmp(&b.t))?;
+    let of_stand = trials.iter().filter(|trial| !is_flight(trial));
+    let drifts = of_stand.filter_map(|trial| drift(&predict(card, trial).ok()?, trial));
+    let significant = drifts.filter(|d| d.share.abs() > LEAST_CHANGE && d.t > LEAST_T);
+    let most = significant.max_by(|a, b| a.t.total_cmp(&b.t))?;
     Some(Warning::ThrustDrifts {
-        share: surest.share,
-        over_s: surest.over_s,
+        share: most.share,
+        over_s: most.over_s,
     })
 }
 
@@ -118,25 +116,14 @@ mod tests {
     use super::*;
     use crate::fitted::Origin;
     use crate::settings::{IdentificationSettings, ThrustForm};
-    use crate::thrust::fit;
+    use crate::thrust::{fit, test_stand};
 
-    /// `(0.2 + 4 s - 0.5 s²)²` behind a lag of 0.06 s, in steps of a second, at 100 Hz, with noise of 0.02 N; what is measured at
-    /// a time of a thrust.
-    fn log(measured: impl Fn(f64, f64) -> f64) -> Trial {
-        let (mut throttle, mut thrust) = (Vec::new(), Vec::new());
-        let mut x = 2.0;
-        for i in 0..6000 {
-            let s = 0.25 + 0.06 * f64::from((7 * (i / 100)) % 11);
-            x += (0.2 + 4.0 * s - 0.5 * s * s - x) * (1.0 - (-0.01_f64 / 0.06).exp());
-            throttle.push(s);
-            // The sine is of no period of the steps.
-            let noise_n = 0.02 * (2.4 * f64::from(i * i % 1009)).sin();
-            thrust.push(measured(0.01 * f64::from(i), x * x) + noise_n);
-        }
-        let time = (0..6000).map(|i| 0.01 * f64::from(i)).collect();
-        let trial = Trial::new("t", time).unwrap();
-        let trial = trial.with_channel("throttle", throttle).unwrap();
-        trial.with_channel("thrust_n", thrust).unwrap()
+    const ROWS: u32 = 6000;
+
+    /// Steps of a stand of `√T = 0.2 + 4 s - 0.5 s²`; `measured(T, t)` is what its load cell shows.
+    fn stand(measured: impl Fn(f64, f64) -> f64) -> Trial {
+        let root = |s: f64, _| 0.2 + 4.0 * s - 0.5 * s * s;
+        test_stand::log(ROWS, test_stand::steps, root, measured)
     }
 
     fn share(trial: Trial, form: impl Into<Option<ThrustForm>>) -> Option<f64> {
@@ -150,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn analytic_a_scale_that_drifts_is_told_in_every_form() {
+    fn analytic_a_scale_that_drifts_is_warned_of_in_every_form() {
         for form in [
             ThrustForm::FirstOrder,
             ThrustForm::LaggedMotors,
@@ -158,9 +145,9 @@ mod tests {
             ThrustForm::Library,
         ] {
             // A line through a curve and a static form under a lag misfit, but not along the log.
-            assert_eq!(share(log(|_, f| f), form), None, "{form:?}");
+            assert_eq!(share(stand(|f, _| f), form), None, "{form:?}");
             for change in [-0.1, -0.03, 0.03, 0.1] {
-                let drifting = log(|t, f| f * (1.0 + change * t / 60.0));
+                let drifting = stand(|f, t| f * (1.0 + change * t / 60.0));
                 let found = share(drifting, form).unwrap();
                 // Relative to the fitted thrust, which is that of the middle.
                 let expected = change / (1.0 + 0.5 * change);
@@ -174,23 +161,13 @@ mod tests {
     }
 
     #[test]
-    fn analytic_a_battery_that_sags_under_a_sine_that_becomes_quicker_is_told() {
+    fn analytic_a_battery_that_sags_under_a_sine_that_becomes_quicker_is_warned_of() {
         // The mean thrust falls with the sag, and with the amplitude behind the lag. Of a form that misses quick changes that looks alike.
         let quicker = |sag: f64| {
-            let (mut throttle, mut thrust) = (Vec::new(), Vec::new());
-            let mut x = 2.0;
-            for i in 0..6000_u32 {
-                let t = 0.01 * f64::from(i);
-                let s = 0.5 + 0.25 * (0.5 * TAU * t * (1.0 + t / 20.0)).sin();
-                let volts = 1.0 - sag * t / 60.0;
-                x += ((5.2 * s - 0.8 * s * s - 0.3) * volts - x) * (1.0 - (-0.01_f64 / 0.06).exp());
-                throttle.push(s);
-                thrust.push(x * x + 0.02 * (2.4 * f64::from(i * i % 1009)).sin());
-            }
-            let time = (0..6000).map(|i| 0.01 * f64::from(i)).collect();
-            let trial = Trial::new("t", time).unwrap();
-            let trial = trial.with_channel("throttle", throttle).unwrap();
-            trial.with_channel("thrust_n", thrust).unwrap()
+            let throttle = |t: f64| 0.5 + 0.25 * (0.5 * TAU * t * (1.0 + t / 20.0)).sin();
+            let volts = |t: f64| 1.0 - sag * t / 60.0;
+            let root = |s: f64, t: f64| (5.2 * s - 0.8 * s * s - 0.3) * volts(t);
+            test_stand::log(ROWS, throttle, root, |f, _| f)
         };
         assert_eq!(share(quicker(0.0), None), None);
         for form in [
@@ -211,17 +188,8 @@ mod tests {
     #[test]
     fn analytic_a_curve_that_is_missed_is_no_drift() {
         // The throttle rises once along the log: what the curve misses changes along the log as well.
-        let (mut throttle, mut thrust) = (Vec::new(), Vec::new());
-        for i in 0..6000_u32 {
-            let s = 0.2 + 0.75 * f64::from(i) / 6000.0;
-            throttle.push(s);
-            let bent = 0.2 + 4.0 * s + 3.0 * (s - 0.5).powi(3);
-            thrust.push(bent * bent + 0.02 * (2.4 * f64::from(i * i % 1009)).sin());
-        }
-        let time = (0..6000).map(|i| 0.01 * f64::from(i)).collect();
-        let trial = Trial::new("t", time).unwrap();
-        let trial = trial.with_channel("throttle", throttle).unwrap();
-        let trial = trial.with_channel("thrust_n", thrust).unwrap();
+        let root = |s: f64, _| 0.2 + 4.0 * s + 3.0 * (s - 0.5).powi(3);
+        let trial = test_stand::log(ROWS, |t| 0.2 + 0.75 * t / 60.0, root, |f, _| f);
         assert_eq!(share(trial, ThrustForm::FirstOrder), None);
     }
 }

@@ -19,6 +19,8 @@ mod search;
 mod sign;
 mod spikes;
 mod statics;
+#[cfg(test)]
+mod test_stand;
 pub(crate) mod unbroken;
 
 pub use first_order::first_order;
@@ -137,6 +139,12 @@ fn fit_form(
         }
         (_, false) => statics::fit(trials, &settings, form, origin),
     }
+}
+
+/// Whether thrust comes from the accelerometer of a flight: it also measures other forces, and thrust there is what the weight asks
+/// for.
+fn is_flight(trial: &Trial) -> bool {
+    trial.channel("specific_force_mps2").is_some()
 }
 
 /// The throttles of single motors (`throttle_1`, `throttle_2`, …), or the one `throttle`.

@@ -3,7 +3,7 @@
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 
-use super::{root_at_rest, throttle};
+use super::{is_flight, root_at_rest, throttle};
 use crate::error::Result;
 use crate::warning::Warning;
 
@@ -16,35 +16,33 @@ const OFTEN: usize = 3;
 /// The end of a load cell's range.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Saturation {
-    /// Thrust at which the load cell stands (N).
+    /// Thrust at which the load cell stands; the least one where logs have several (N).
     pub(super) limit_n: f64,
-    /// Rows of it, in all trials.
+    /// Rows of it, in all logs.
     pub(super) rows: usize,
 }
 
-/// Leaves the thrust out of the rows in which the load cell stands at the end of its range.
+/// Leaves out the thrust of the rows in which a load cell is at the end of its range. Each log may have a load cell of its own.
 pub(super) fn without_saturated(trials: &mut [Trial]) -> Result<Option<Saturation>> {
-    // The thrust of a flight comes from its accelerometer.
-    let of_stand = |t: &&Trial| t.channel("specific_force_mps2").is_none();
-    let thrust = trials.iter().filter(of_stand);
-    let thrust = thrust.filter_map(|t| t.channel("thrust_n")).flatten();
-    let Some(saturation) = end_of_range(thrust.copied().filter(|t| t.is_finite()).collect()) else {
-        return Ok(None);
-    };
+    let mut found: Option<Saturation> = None;
     for trial in trials {
-        if let Some(thrust) = trial.channel("thrust_n") {
-            let below = |t: &f64| {
-                if *t < saturation.limit_n {
-                    *t
-                } else {
-                    f64::NAN
-                }
-            };
-            let left = thrust.iter().map(below).collect();
-            trial.insert("thrust_n", left)?;
-        }
+        let of_flight = is_flight(trial);
+        let Some(thrust) = trial.channel("thrust_n").filter(|_| !of_flight) else {
+            continue;
+        };
+        let known = thrust.iter().copied().filter(|t| t.is_finite());
+        let Some(of_trial) = end_of_range(known.collect()) else {
+            continue;
+        };
+        let below = |t: &f64| if *t < of_trial.limit_n { *t } else { f64::NAN };
+        let left = thrust.iter().map(below).collect();
+        trial.insert("thrust_n", left)?;
+        found = Some(found.map_or(of_trial, |other| Saturation {
+            limit_n: other.limit_n.min(of_trial.limit_n),
+            rows: other.rows + of_trial.rows,
+        }));
     }
-    Ok(Some(saturation))
+    Ok(found)
 }
 
 /// The greatest thrust, if it occurs much more often than any other but the least, which is that of a rotor that stands.
@@ -67,7 +65,8 @@ impl Saturation {
         }
     }
 
-    /// Ends the card's range of throttle where its thrust at rest reaches the limit. A card without one keeps its range.
+    /// Ends the card's range of throttle where its thrust at rest exceeds the limit and all that was measured beside it. A card
+    /// without a thrust at rest keeps its range.
     pub(super) fn bound(self, card: &mut Card, trials: &[Trial]) {
         let Some([low, _]) = card.validity.inputs.get("s").copied() else {
             return;
@@ -81,7 +80,9 @@ impl Saturation {
         let Ok(roots) = root_at_rest(card, &all, &vec![volts; all.len()]) else {
             return;
         };
-        let within = roots.iter().map(|x| x * x.abs() <= self.limit_n);
+        let measured = trials.iter().filter_map(|t| t.channel("thrust_n"));
+        let most_n = measured.flatten().copied().fold(self.limit_n, f64::max);
+        let within = roots.iter().map(|x| x * x.abs() <= most_n);
         let reached = all.iter().zip(within).filter(|(_, within)| *within);
         let high = reached.map(|(s, _)| *s).fold(low, f64::max);
         card.validity.inputs.insert("s".into(), [low, high]);
@@ -93,23 +94,16 @@ mod tests {
     use super::*;
     use crate::fitted::Origin;
     use crate::settings::{IdentificationSettings, ThrustForm};
-    use crate::thrust::fit;
+    use crate::thrust::{fit, test_stand};
 
-    /// `(0.2 + 4 s)²` behind a lag of 0.06 s, in steps of a second, at 100 Hz, with noise of 0.02 N.
+    /// A stand of `√T = 0.2 + 4 s` whose load cell ends at this thrust (N).
     fn log(limit_n: f64) -> Trial {
-        let (mut throttle, mut thrust) = (Vec::new(), Vec::new());
-        let mut x = 2.0;
-        for i in 0..3000 {
-            let s = 0.25 + 0.06 * f64::from((7 * (i / 100)) % 11);
-            x += (0.2 + 4.0 * s - x) * (1.0 - (-0.01_f64 / 0.06).exp());
-            throttle.push(s);
-            // The sine is of no period of the steps.
-            thrust.push((x * x + 0.02 * (2.4 * f64::from(i * i % 1009)).sin()).min(limit_n));
-        }
-        let time = (0..3000).map(|i| 0.01 * f64::from(i)).collect();
-        let trial = Trial::new("t", time).unwrap();
-        let trial = trial.with_channel("throttle", throttle).unwrap();
-        trial.with_channel("thrust_n", thrust).unwrap()
+        test_stand::log(
+            3000,
+            test_stand::steps,
+            |s, _| 0.2 + 4.0 * s,
+            |f, _| f.min(limit_n),
+        )
     }
 
     #[test]
@@ -122,12 +116,14 @@ mod tests {
             let mut settings = IdentificationSettings::default();
             settings.thrust.form = form;
             let fit = |limit_n: f64| fit(&[log(limit_n)], &settings, &Origin::default()).unwrap();
-            let is_told = |w: &Warning| matches!(w, Warning::LoadCellSaturated { .. });
-            assert!(!fit(100.0).warnings.iter().any(is_told), "{form:?}");
-            // Of 12 N above a throttle of 0.816 nothing is known.
+            let is_saturated = |w: &Warning| matches!(w, Warning::LoadCellSaturated { .. });
+            assert!(!fit(100.0).warnings.iter().any(is_saturated), "{form:?}");
             let fitted = fit(8.0);
-            let told = fitted.warnings.iter().find(|w| is_told(w)).unwrap();
-            assert!(told.to_string().contains("stands at 8 N in"), "{told}");
+            let warning = fitted.warnings.iter().find(|w| is_saturated(w)).unwrap();
+            assert!(
+                warning.to_string().contains("stands at 8 N in"),
+                "{warning}"
+            );
             let [_, high] = fitted.card.validity.inputs["s"];
             // √8 = 0.2 + 4 s at 0.657: the highest level below is 0.61.
             assert!((high - 0.61).abs() < 1e-9, "{form:?}: {high}");
@@ -138,6 +134,26 @@ mod tests {
                 "{form:?}: {at_rest:?}"
             );
         }
+    }
+
+    #[test]
+    fn analytic_each_log_has_the_end_of_its_own_load_cell() {
+        // One load cell ends at 8 N, the other shows all: the range of the card is that of the latter.
+        let mut trials = [log(8.0), log(100.0)];
+        let whole = trials[1].channel("thrust_n").unwrap().to_vec();
+        let found = without_saturated(&mut trials).unwrap().unwrap();
+        assert_eq!(found.limit_n, 8.0);
+        assert_eq!(trials[1].channel("thrust_n").unwrap(), whole);
+        let gaps = trials[0]
+            .channel("thrust_n")
+            .unwrap()
+            .iter()
+            .filter(|t| t.is_nan());
+        assert_eq!(gaps.count(), found.rows);
+        let settings = IdentificationSettings::default();
+        let fitted = fit(&[log(8.0), log(100.0)], &settings, &Origin::default()).unwrap();
+        let [_, high] = fitted.card.validity.inputs["s"];
+        assert!((high - 0.85).abs() < 1e-9, "{high}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use touchdown_trial::Trial;
 
+use super::is_flight;
 use super::plateau::{median, tenths};
 use crate::error::Result;
 use crate::warning::Warning;
@@ -19,8 +20,7 @@ pub(super) fn without_spikes(trials: &[Trial]) -> Result<(Vec<Trial>, Option<War
     let mut out = trials.to_vec();
     let mut found: Option<(usize, f64)> = None;
     for trial in &mut out {
-        // The thrust of a flight comes from its accelerometer, which also measures other forces.
-        let of_flight = trial.channel("specific_force_mps2").is_some();
+        let of_flight = is_flight(trial);
         let Some(thrust_n) = trial.channel("thrust_n").filter(|_| !of_flight) else {
             continue;
         };
