@@ -418,7 +418,7 @@ fn analytic_commands_that_act_before_they_are_logged_bias_no_lag() {
             delay.ci95[0] < vehicle.motor_lag_s && vehicle.motor_lag_s < delay.ci95[1],
             "{delay:?}"
         );
-        // Near zero nothing tells a lag from a dead time: neither has a number, nor has their sum.
+        // Near zero a lag is not identifiable from a dead time: neither has a number, nor has their sum.
         let mut short = found.clone();
         let lag = short.fit.theta.iter_mut().find(|v| **v == of("T_m").value);
         *lag.unwrap() = 1e-3;

@@ -232,7 +232,7 @@ pub(super) fn from_force(
         ));
     }
     follows(&name, cut.hover_throttle, &fit, &cut.pieces, &spread, None)?;
-    let mut found = GroundEffect {
+    let found = GroundEffect {
         basis,
         drift_of_time,
         hovers: Vec::new(),
@@ -252,8 +252,7 @@ pub(super) fn from_force(
         heights_m,
     };
     found.check_significant(&name, settings)?;
-    found.refuse_no_lag();
-    Ok(found)
+    Ok(found.without_zero_lag())
 }
 
 /// Heights whose noise biases a fit along them, where no model of noise explains the motion.
@@ -326,12 +325,13 @@ fn select<'a>(
 }
 
 impl GroundEffect {
-    /// Refuses a lag of the motors that may be zero by the trajectories, though it was resolved along measured heights.
-    fn refuse_no_lag(&mut self) {
+    /// Refuses a lag of the motors whose final interval contains zero, though the regression before it resolved the lag.
+    pub(super) fn without_zero_lag(mut self) -> Self {
         if self.motor_lag_s().is_none() {
-            let lag = self.motor_lag_or_none_s();
+            let lag = self.motor_lag_estimate_s();
             self.refused.extend(lag.map(Refusal::MotorLagUnresolved));
         }
+        self
     }
 
     /// Checks that thrust near the ground is significantly greater than out of ground effect.

@@ -94,15 +94,14 @@ impl GroundEffect {
         self.lag
     }
 
-    /// Lag of the motors (s), where lags were identified and it is not zero, with what the rows of the log do not show of the
-    /// commands.
+    /// Lag of the motors (s), where its interval is above zero, with what the rows of the log do not show of the commands.
     #[must_use]
     pub fn motor_lag_s(&self) -> Option<Estimate> {
-        self.motor_lag_or_none_s().filter(|lag| lag.ci95[0] > 0.0)
+        self.motor_lag_estimate_s().filter(|lag| lag.ci95[0] > 0.0)
     }
 
-    /// The same, also where its interval holds zero: then nothing tells it from a dead time.
-    pub(super) fn motor_lag_or_none_s(&self) -> Option<Estimate> {
+    /// The same, also where its interval contains zero: such a lag is not identifiable from a dead time.
+    pub(super) fn motor_lag_estimate_s(&self) -> Option<Estimate> {
         let measured = self.basis == Basis::Accelerometer;
         let found = self.spread.number(&self.fit, "T_m").filter(|_| measured)?;
         Some(found.beside(LAG_BETWEEN_ROWS * self.clock_s()))
@@ -127,7 +126,7 @@ impl GroundEffect {
     ///
     /// A log does not know when in the period before a row its throttle was commanded: a dead time that counts from the row may
     /// be longer by that period, and is not below zero. `None` where commands act longer than that before they are logged, and where the
-    /// lag of the motors may be zero.
+    /// interval of the motors' lag contains zero.
     #[must_use]
     pub fn dead_time_s(&self) -> Option<Estimate> {
         self.motor_lag_s()?;

@@ -207,7 +207,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         .flat_map(|p| p.rows.iter().filter_map(|&i| p.height.get(i)));
     let unit_m = settings.rotor_radius_m.unwrap_or(1.0);
     let heights_m = crate::fitted::range(heights.map(|z| z * unit_m));
-    Ok(GroundEffect {
+    let found = GroundEffect {
         basis,
         drift_of_time,
         rotor_radius_m: settings.rotor_radius_m.unwrap_or(f64::NAN),
@@ -225,7 +225,8 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         refused,
         heights_m: heights_m.unwrap_or([f64::NAN; 2]),
         hovers: Vec::new(),
-    })
+    };
+    Ok(found.without_zero_lag())
 }
 
 /// Keeps the motors' lag only where it is resolved; `poses` is absent where the throttle is too slow for any.
