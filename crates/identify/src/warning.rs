@@ -302,7 +302,8 @@ impl fmt::Display for Warning {
             Self::ThrustDrifts { share, over_s } => write!(
                 f,
                 "at the same throttle the thrust changes by {:+.1} % in the {over_s:.0} s of a log: the load cell drifts, the battery sags, or the form \
-                 misses a throttle that becomes quicker. Curve, lag and dead time may lie outside their intervals. Set the load cell to zero before each run and check it after, log battery_v, or use a supply",
+                 misses a throttle that becomes quicker. Curve, lag and dead time may lie outside their intervals. Set the load cell to zero before each run \
+                 and check it after, log battery_v, or use a supply",
                 100.0 * share
             ),
             Self::ThrustRepeats { period_s } => write!(

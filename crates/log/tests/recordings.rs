@@ -179,14 +179,14 @@ fn xval_decimal_fractions_of_a_parquet_file_are_numbers() {
 }
 
 #[test]
-fn analytic_parquet_files_without_rows_or_of_another_compression_are_told_as_such() {
-    let told = |file: &str| read_table(fixture(file)).unwrap_err().to_string();
-    let text = told("../refused/no_rows.parquet");
+fn analytic_parquet_files_without_rows_or_of_another_compression_are_named() {
+    let error = |file: &str| read_table(fixture(file)).unwrap_err().to_string();
+    let text = error("../refused/no_rows.parquet");
     assert!(
         text.ends_with("no usable rows: the file has none"),
         "{text}"
     );
-    let text = told("../refused/brotli.parquet");
+    let text = error("../refused/brotli.parquet");
     assert!(
         text.contains("compressed by brotli, which is not read"),
         "{text}"

@@ -26,7 +26,7 @@ pub struct MotorFit {
     pub greatest_n: [f64; 2],
 }
 
-/// Share by which the greatest thrust may differ from the card's without a word.
+/// Relative difference from the card's greatest thrust up to which the text does not mention it.
 const SAME_GREATEST: f64 = 0.02;
 
 impl MotorFit {

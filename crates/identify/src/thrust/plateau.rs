@@ -95,8 +95,8 @@ pub fn rows(trial: &Trial) -> Result<Vec<Plateau>> {
 
 /// Rows of one throttle from which on they are a step, not points of a table or of a ramp.
 const STEP_ROWS: usize = 3;
-/// Share of its range that a throttle goes through in the time that the thrust needs to settle, from which on no row is at rest. The
-/// thrust of a motor with a lag of 0.1 s errs by a fortieth of its range then. A ramp over the range in 5 s moves by less.
+/// If a throttle goes through more than this share of its range while the thrust settles, no row is at rest. A lag of 0.1 s shifts
+/// the throttle by a fortieth of its range then. A ramp over the range in 5 s is slower.
 const RESTLESS: f64 = 0.2;
 
 /// The median time for which throttle stays (s), of a trial in which it stays too short for the thrust to settle: its rows are no
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn analytic_a_throttle_that_does_not_rest_is_told_from_plateaus_ramps_and_tables() {
+    fn analytic_a_throttle_that_does_not_rest_differs_from_plateaus_ramps_and_tables() {
         let rows = |period_s: f64, throttle: &dyn Fn(u32) -> f64| {
             let time = (0..600).map(|i| period_s * f64::from(i)).collect();
             let trial = Trial::new("log", time).unwrap();

@@ -167,7 +167,7 @@ fn rows_to_take(
     Some(kept.rows)
 }
 
-/// Refuses stamps of which but one can be used.
+/// Refuses times of which only one can be used.
 fn check_stamps(path: &str, taken: Option<&[usize]>, findings: &Findings) -> Result<(), LogError> {
     let (equal, before) = (findings.duplicate_stamps, findings.backward_stamps);
     if taken.is_none_or(|rows| rows.len() != 1) || equal + before == 0 {
