@@ -204,7 +204,7 @@ impl PartReader<'_> {
                 self.reading.breaks_off(line.number);
             } else if paired {
                 let mut fault = format!("expected {width} cells, found {found}");
-                if delimiter == b',' && found == 2 * width {
+                if delimiter == b',' && width > 1 && found == 2 * width {
                     fault.push_str(
                         " (decimal commas between commas? Write decimal points, or semicolons between the cells)",
                     );
